@@ -1,0 +1,54 @@
+#pragma once
+/// @file
+/// Rigid supports and the nodes they can touch.
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "udar/structure/beam_chain.hpp"
+
+namespace udar {
+
+/// @brief On which side of the beam a support stands.
+enum class SupportSide : std::int8_t {
+  below = 1,   ///< keeps masses above its height
+  above = -1,  ///< keeps masses below its height
+};
+
+/// @brief A rigid support; it touches every node within its width, edges included, each with its whole mass.
+struct Support {
+  double position = 0.0;     ///< centre [m] from the left end
+  double width = 0.0;        ///< [m]; 0: the nearest node alone
+  double height = 0.0;       ///< [m]
+  double restitution = 1.0;  ///< e in v+ = -e v-, from 0 to 1
+  SupportSide side = SupportSide::below;
+
+  /// A support under the whole beam.
+  [[nodiscard]] static Support floor(double height, double restitution) {
+    return {.position = 0.0,
+            .width = std::numeric_limits<double>::infinity(),
+            .height = height,
+            .restitution = restitution};
+  }
+};
+
+/// @brief One mass that may touch one support.
+struct ContactPoint {
+  PetscInt local_node = 0;  ///< on this rank
+  PetscInt support = 0;     ///< index of the support
+  double side = 1.0;        ///< +1 support below, -1 above: gap = side (y - height)
+  double height = 0.0;      ///< [m]
+  double restitution = 1.0;
+  bool resting = false;     ///< the mass is at rest on the support
+};
+
+/// @brief The nodes a support touches: [first, last], empty if first > last.
+[[nodiscard]] BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support);
+
+/// @brief This rank's contact points, by support, then by node.
+/// @note Not collective.
+/// @throws InputError naming option, value and range if a support is off the beam, touches no node or has e outside [0, 1]
+[[nodiscard]] std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports);
+
+}  // namespace udar

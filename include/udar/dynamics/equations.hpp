@@ -1,0 +1,51 @@
+#pragma once
+/// @file
+/// The filtered equations of motion between impacts, and their energy.
+
+#include <span>
+#include <vector>
+
+#include "udar/dynamics/initial_state.hpp"
+#include "udar/dynamics/observer.hpp"
+#include "udar/filter/filtered_line.hpp"
+#include "udar/structure/load.hpp"
+
+namespace udar {
+
+/// @brief Where the line stands at one time, one value per local node.
+struct LineState {
+  double time = 0.0;            ///< [s]
+  std::vector<double> stretch;  ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
+  std::vector<double> moment;   ///< [N m]
+};
+
+/// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
+class Equations {
+ public:
+  Equations(FilteredLine& line, const Loads& loads, const InitialState& initial);
+
+  /// @brief Solves for the line at time t. @param[in] mass_position Ym [m] @note Collective.
+  void evaluate(double time, std::span<const double> mass_position, LineState& state);
+
+  /// @brief d' = Yc' - Vm [m/s] just after time t. @param[in] mass_velocity Vm [m/s] @note Collective.
+  void evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate);
+
+  /// @brief Kinetic, strain, spring and load energy [J]; the other entries of the ledger are left at zero.
+  /// @note Collective: one reduction of four numbers.
+  [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
+                                    std::span<const double> mass_velocity);
+
+  [[nodiscard]] const BeamChain& beam() const noexcept { return line_->beam(); }
+  [[nodiscard]] FilteredLine& line() noexcept { return *line_; }
+  [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }
+
+ private:
+  FilteredLine* line_;
+  const Loads* loads_;
+  std::vector<double> axis_;          // reference axis at the local nodes
+  std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
+  std::vector<double> force_;
+  std::vector<double> unused_moment_;
+};
+
+}  // namespace udar

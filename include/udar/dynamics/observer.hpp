@@ -1,0 +1,94 @@
+#pragma once
+/// @file
+/// What the motion tells the outside world, and the interface of those who listen.
+
+#include <petscsys.h>
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace udar {
+
+/// @brief The energy ledger at one time [J]; sums over the whole structure, equal on every rank.
+struct EnergyLedger {
+  double kinetic = 0.0;             ///< 1/2 Vm' M Vm
+  double line_strain = 0.0;         ///< bending, shear, foundation, end springs, tension
+  double fictitious_springs = 0.0;  ///< 1/2 wf^2 (Ym-Yc)' M (Ym-Yc)
+  double load_potential = 0.0;      ///< -F' Yc, gravity and loads; zero for the line at y = 0
+  double load_work = 0.0;           ///< minus the integral of dF/dt' Yc: what changing loads brought in since t = 0
+  double lost_in_impacts = 0.0;     ///< lost in impacts and rests since t = 0
+  double initial = 0.0;             ///< total at t = 0
+  double scale = 0.0;               ///< what `drift` is relative to: max of |initial| and the largest kinetic energy so far
+
+  [[nodiscard]] double total() const noexcept { return kinetic + line_strain + fictitious_springs + load_potential; }
+  /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution.
+  [[nodiscard]] double drift() const noexcept {
+    return scale > 0.0 ? (total() + lost_in_impacts - load_work - initial) / scale : 0.0;
+  }
+};
+
+/// @brief The state at one time; the spans hold this rank's nodes in order and live only during the call.
+struct Snapshot {
+  double time = 0.0;                        ///< [s]
+  std::span<const double> mass_position;    ///< Ym [m]
+  std::span<const double> mass_velocity;    ///< Vm [m/s]
+  std::span<const double> line_position;    ///< Yc [m]
+  std::span<const double> moment;           ///< bending moment EI w'' [N m]
+  std::span<const std::uint8_t> resting;    ///< 1 where the mass rests on a support
+  EnergyLedger energy;                      ///< [J], whole structure
+};
+
+/// @brief One mass hitting one support.
+struct ImpactRecord {
+  double time = 0.0;             ///< [s]
+  PetscInt node = 0;             ///< global node number
+  double x = 0.0;                ///< [m] along the beam
+  PetscInt support = 0;          ///< index of the support; the floor comes after the last support
+  double velocity_before = 0.0;  ///< [m/s] of the mass, y up
+  double velocity_after = 0.0;   ///< [m/s]
+  double impulse = 0.0;          ///< [N s] from the support on the mass, y up
+  double energy_loss = 0.0;      ///< [J]
+};
+
+/// @brief One mass coming to rest on a support, or leaving it again.
+struct RestRecord {
+  double time = 0.0;     ///< [s]
+  PetscInt node = 0;     ///< global node number
+  double x = 0.0;        ///< [m]
+  PetscInt support = 0;  ///< as in `ImpactRecord`
+  bool release = false;  ///< false: the mass came to rest; true: it was released
+};
+
+/// @brief Where a run stands after a step, equal on every rank.
+struct Progress {
+  double time = 0.0;      ///< [s]
+  double end_time = 0.0;  ///< [s]
+  PetscInt steps = 0;     ///< accepted so far
+  PetscInt impacts = 0;   ///< so far, all ranks
+  PetscInt resting = 0;   ///< masses at rest now
+  double energy_drift = 0.0;  ///< at the last snapshot
+};
+
+/// @brief Listens to a run. All calls are collective over the structure's communicator and may throw `FileError`
+/// on all ranks together.
+class Observer {
+ public:
+  Observer() = default;
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
+  virtual ~Observer() = default;
+
+  /// Simulated time [s] between snapshots: one at t = 0 and every multiple of it, exactly; 0 for none.
+  [[nodiscard]] virtual double interval() const { return 0.0; }
+  /// The state at a multiple of `interval()`.
+  virtual void snapshot(const Snapshot& /*state*/) {}
+  /// Impacts and rest events of this rank at one instant (spans may be empty here and not elsewhere).
+  virtual void events(std::span<const ImpactRecord> /*impacts*/, std::span<const RestRecord> /*rests*/) {}
+  /// After every accepted step.
+  virtual void step(const Progress& /*progress*/) {}
+  /// After the last step, also of a run that was interrupted: everything buffered must reach the disk.
+  virtual void finish() {}
+};
+
+}  // namespace udar

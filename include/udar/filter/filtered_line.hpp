@@ -1,0 +1,89 @@
+#pragma once
+/// @file
+/// The solve with wf^2 M + C: where the massless line stands for given masses and loads.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "udar/petsc/handle.hpp"
+#include "udar/structure/beam_chain.hpp"
+
+namespace udar {
+
+/// @brief How the bending line is discretised; both describe the same line.
+enum class Formulation : std::uint8_t {
+  mixed,    ///< displacement and moment (three-moment equation), keeps its digits on fine meshes
+  hermite,  ///< displacement and rotation, for comparison
+};
+
+/// @brief What shapes a `FilteredLine`.
+struct FilterParameters {
+  double filter_frequency = 0.0;             ///< wf [rad/s], > 0
+  Formulation formulation = Formulation::mixed;
+  PetscInt check_interval = 50;              ///< every so many solves the residual is computed; 0: never
+  double residual_tolerance = 1e-8;          ///< largest normwise backward error that passes the check [-]
+};
+
+/// @brief The massless elastic line on its filter springs, as a distributed block-2 matrix under a PETSc `KSP`.
+///
+/// Unknowns are displacements from the reference axis, the straight line on which end springs and foundation are
+/// unstressed. The matrix is scaled to unit diagonal on both sides; the mixed form solves for the spring stretch
+/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation.
+/// Source: docs/theory.md, "The discrete line".
+/// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
+/// prefix `filter_`). Default: LU in natural order on one rank, MUMPS on several, one refinement step.
+class FilteredLine {
+ public:
+  /// Assembles and factors. @note Collective.
+  /// @throws InputError if wf is not positive; petsc::Error if PETSc cannot set up the solver asked for
+  FilteredLine(const BeamChain& beam, FilterParameters parameters);
+
+  /// @brief Solves (wf^2 M + C) Yc = wf^2 M Ym + F.
+  /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node
+  /// @param[in]  force             F [N], one value per local node
+  /// @param[out] stretch           d = Yc - Ym [m]
+  /// @param[out] moment            EI w'' [N m]
+  /// @note Collective: one message to each neighbour, then what the solver needs.
+  /// @throws SolveError if the solver reports divergence (KSP's reason is named) or the residual check fails
+  void solve(std::span<const double> mass_displacement, std::span<const double> force, std::span<double> stretch,
+             std::span<double> moment);
+
+  /// @brief Elastic energy of the line: bending, shear, tension, foundation and end springs [J], this rank's share.
+  /// @param[in] line_displacement Yc minus the reference axis [m], @param[in] moment [N m]
+  /// @note Collective: one message to each neighbour.
+  [[nodiscard]] double strain_energy(std::span<const double> line_displacement, std::span<const double> moment) const;
+
+  [[nodiscard]] const BeamChain& beam() const noexcept { return *beam_; }
+  [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }  ///< [kg], local nodes
+  [[nodiscard]] double filter_frequency() const noexcept { return parameters_.filter_frequency; }
+  [[nodiscard]] PetscInt solves() const noexcept { return solves_; }
+  [[nodiscard]] KSP solver() const noexcept { return solver_; }      ///< for PETSc calls beyond this class
+  [[nodiscard]] Mat matrix() const noexcept { return matrix_; }      ///< scaled, two unknowns per node
+  /// Largest normwise backward error seen by the residual check so far [-].
+  [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
+
+ private:
+  void assemble();
+  void configure_solver();
+  void mixed_right_hand_side(std::span<const double> mass_displacement, std::span<const double> force,
+                             std::span<double> values) const;
+  void hermite_moments(std::span<const double> unknowns, std::span<double> moment) const;
+  void check_residual();
+
+  const BeamChain* beam_;
+  FilterParameters parameters_;
+  std::vector<double> mass_;
+  std::vector<double> scale_;  // of the two unknowns of each local node
+  petsc::Matrix matrix_;
+  petsc::LinearSolver solver_;
+  petsc::Vector right_hand_side_;
+  petsc::Vector unknowns_;
+  petsc::Vector residual_;
+  double matrix_norm_ = 0.0;
+  PetscInt solves_ = 0;
+  double worst_residual_ = 0.0;
+};
+
+}  // namespace udar

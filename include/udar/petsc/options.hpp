@@ -1,0 +1,124 @@
+#pragma once
+/// @file
+/// Typed reading of udar's own options from the PETSc options database, with units, ranges and one-line errors.
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::petsc {
+
+/// @brief The values an option may take, with the words that tell the user so.
+struct Range {
+  double lowest = -std::numeric_limits<double>::max();
+  double highest = std::numeric_limits<double>::max();
+  bool lowest_excluded = false;
+  bool infinity_allowed = false;
+
+  [[nodiscard]] bool contains(double value) const noexcept;
+  [[nodiscard]] std::string text() const;
+};
+[[nodiscard]] constexpr Range any() { return {}; }
+[[nodiscard]] constexpr Range positive() { return {.lowest = 0.0, .lowest_excluded = true}; }
+[[nodiscard]] constexpr Range non_negative() { return {.lowest = 0.0}; }
+[[nodiscard]] constexpr Range at_least(double lowest) { return {.lowest = lowest}; }
+[[nodiscard]] constexpr Range between(double lowest, double highest) { return {.lowest = lowest, .highest = highest}; }
+
+/// @brief One group of options: each call reads one key into a variable that already holds the default, and prints
+/// the key's manual line under `-help`.
+///
+/// PETSc's own `PetscOptionsBegin` family is not used because its help has no place for units and ranges and prints
+/// the whole buffer of an array option.
+/// @note Collective. Every method throws `InputError` naming option, value, range and unit.
+class OptionGroup {
+ public:
+  /// @param title headline of the group in `-help`
+  OptionGroup(MPI_Comm comm, const char* title);
+
+  /// @param unit SI unit, or "-" for a pure number
+  /// @return whether the key was given
+  bool real(const char* key, double& value, const char* unit, Range range, const char* text);
+  bool integer(const char* key, PetscInt& value, Range range, const char* text);
+  bool boolean(const char* key, bool& value, const char* text);
+  bool string(const char* key, std::string& value, const char* text);
+  bool reals(const char* key, std::vector<double>& values, const char* unit, Range range, const char* text);
+  bool integers(const char* key, std::vector<PetscInt>& values, Range range, const char* text);
+  bool strings(const char* key, std::vector<std::string>& values, const char* text);
+
+  /// @brief One name out of a fixed list, stored as the value that stands beside it.
+  template <class T>
+  bool choice(const char* key, T& value, std::span<const std::pair<const char*, T>> names, const char* text) {
+    std::vector<T> values{value};
+    const bool given = choices<T>(key, values, names, text);
+    if (values.size() != 1) {
+      throw InputError{std::string{"option "} + key + " takes one value, " + std::to_string(values.size()) + " given"};
+    }
+    value = values.front();
+    return given;
+  }
+  /// @brief A list of names out of a fixed list.
+  template <class T>
+  bool choices(const char* key, std::vector<T>& values, std::span<const std::pair<const char*, T>> names,
+               const char* text) {
+    std::vector<std::string> words;
+    for (const T& value : values) {
+      const auto found = std::ranges::find(names, value, [](const auto& entry) { return entry.second; });
+      words.emplace_back(found != names.end() ? found->first : "?");
+    }
+    std::vector<std::string> allowed;
+    for (const auto& entry : names) {
+      allowed.emplace_back(entry.first);
+    }
+    if (!named(key, words, allowed, text)) {
+      return false;
+    }
+    values.clear();
+    for (const std::string& word : words) {
+      values.push_back(
+          std::ranges::find(names, word, [](const auto& entry) { return std::string{entry.first}; })->second);
+    }
+    return true;
+  }
+
+ private:
+  bool named(const char* key, std::vector<std::string>& words, const std::vector<std::string>& allowed,
+             const char* text);
+  std::vector<std::string> raw(const char* key, bool& given) const;
+  void help(const char* key, const std::string& now, const std::string& kind, const std::string& text) const;
+
+  MPI_Comm comm_;
+  bool print_help_;
+};
+
+/// @brief `values` as one entry per item: a single value serves for all; any other count than `count` is refused.
+/// @throws InputError naming `key`, the count given and what it must match
+template <class T>
+[[nodiscard]] std::vector<T> one_per(const char* key, const std::vector<T>& values, std::size_t count,
+                                     const char* what) {
+  if (values.size() == count) {
+    return values;
+  }
+  if (values.size() == 1) {
+    return std::vector<T>(count, values.front());
+  }
+  throw InputError{std::string{"option "} + key + ": " + std::to_string(values.size()) + " values given, expected 1 or " +
+                   std::to_string(count) + " (" + what + ")"};
+}
+
+/// @brief Refuses a key of one of udar's groups that nobody has read, and names the nearest known key; a left-over key
+/// of a solver under `-filter_` is only reported on standard error.
+/// @note Collective; call after the last `SetFromOptions` and set-up.
+void check_unknown_options(MPI_Comm comm);
+
+/// @brief All options in the database that were used, one `-key value` per line.
+[[nodiscard]] std::string effective_options();
+
+}  // namespace udar::petsc

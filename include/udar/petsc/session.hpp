@@ -1,0 +1,60 @@
+#pragma once
+/// @file
+/// Start and end of PETSc, SLEPc and MPI.
+
+#include <petscsys.h>
+
+#include <string>
+
+namespace udar::petsc {
+
+/// @brief Initialises MPI, PETSc and SLEPc for the life of the object.
+///
+/// Files named by `-options_file` (PETSc's own text or YAML form) are inserted here, before the command line, which
+/// therefore wins. From here on a failing PETSc call prints nothing by itself: its message travels in `petsc::Error`.
+/// @note Collective over `MPI_COMM_WORLD`. Options: `-options_file`
+class Session {
+ public:
+  /// @param help printed first by `-help`
+  /// @throws InputError if an options file cannot be read or parsed
+  Session(int& argc, char**& argv, const char* help);
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+  /// Whether `-help` was given.
+  [[nodiscard]] static bool help_requested();
+};
+
+/// @brief The message of the PETSc error that was raised last on this rank, empty if none; reading clears it.
+[[nodiscard]] std::string take_error_message();
+
+/// @brief The log events of udar; registered by `Session`, seen in `-log_view`.
+struct LogEvents {
+  PetscLogEvent assemble = -1;  ///< assembly and factorisation of the line operator
+  PetscLogEvent solve = -1;     ///< one line solve, right-hand side included
+  PetscLogEvent contact = -1;   ///< search, location and resolution of contact, without the line solves
+  PetscLogEvent output = -1;    ///< everything the observers do
+};
+[[nodiscard]] const LogEvents& log_events();
+
+/// @brief Times one scope under a log event.
+class LogScope {
+ public:
+  explicit LogScope(PetscLogEvent event);
+  LogScope(const LogScope&) = delete;
+  LogScope& operator=(const LogScope&) = delete;
+  ~LogScope();
+
+ private:
+  PetscLogEvent event_;
+};
+
+/// @brief Inclusive seconds and calls of an event on this rank so far, over all stages.
+struct EventTotals {
+  double seconds = 0.0;
+  PetscInt calls = 0;
+};
+[[nodiscard]] EventTotals event_totals(PetscLogEvent event);
+
+}  // namespace udar::petsc

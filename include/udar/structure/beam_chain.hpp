@@ -1,0 +1,117 @@
+#pragma once
+/// @file
+/// One straight beam cut into elements and distributed over the ranks.
+
+#include <petscsys.h>
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace udar {
+
+/// @brief A stretch of beam with constant properties.
+struct BeamSegment {
+  double length = 0.0;             ///< [m], > 0
+  PetscInt elements = 0;           ///< > 0
+  double bending_stiffness = 0.0;  ///< EI [N m^2], > 0
+  double mass_per_length = 0.0;    ///< rhoA [kg/m], > 0
+  double shear_stiffness = std::numeric_limits<double>::infinity();  ///< kGA [N]; infinite: Euler-Bernoulli
+  double foundation_stiffness = 0.0;  ///< per length, both ways, unstressed on the reference axis [N/m^2], >= 0
+};
+
+/// @brief How an end of the line is held: springs to the reference axis, from 0 (free) to infinity (rigid).
+struct BeamEnd {
+  double translational_stiffness = 0.0;  ///< [N/m]; infinite: held
+  double rotational_stiffness = 0.0;     ///< [N m/rad]; infinite: no rotation
+
+  [[nodiscard]] bool held() const noexcept { return translational_stiffness == kRigid; }
+  [[nodiscard]] bool moment_free() const noexcept { return rotational_stiffness == 0.0; }
+  static constexpr double kRigid = std::numeric_limits<double>::infinity();
+};
+
+/// @brief A point mass carried by the nearest node.
+struct PointMass {
+  double position = 0.0;  ///< [m] from the left end
+  double mass = 0.0;      ///< [kg], >= 0
+};
+
+/// @brief Everything that describes a beam before it is distributed; the same on every rank.
+struct BeamParameters {
+  std::vector<BeamSegment> segments;
+  BeamEnd left;
+  BeamEnd right;
+  double tension = 0.0;  ///< axial tension [N], >= 0
+  std::vector<PointMass> point_masses;
+};
+
+/// @brief One element of the massless line.
+struct BeamElement {
+  double length = 0.0;               ///< h [m]
+  double flexural_compliance = 0.0;  ///< 1/EI [1/(N m^2)]
+  double shear_compliance = 0.0;     ///< 1/kGA [1/N]; zero for Euler-Bernoulli
+};
+
+/// @brief A straight beam of `elements()` elements whose nodes are dealt to the ranks in contiguous pieces.
+///
+/// Properties of any node or element follow from the segments, so that no rank stores or builds more than its own
+/// nodes. Masses are lumped at the nodes, half an element's mass to each of its ends.
+class BeamChain {
+ public:
+  /// @note Collective.
+  /// @throws InputError if a parameter is out of range, or there are more ranks than elements
+  BeamChain(MPI_Comm comm, BeamParameters parameters);
+
+  [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
+  [[nodiscard]] const BeamParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] PetscInt elements() const noexcept { return first_element_.back(); }
+  [[nodiscard]] PetscInt nodes() const noexcept { return elements() + 1; }
+  [[nodiscard]] double length() const noexcept { return first_position_.back(); }  ///< [m]
+
+  /// This rank's nodes are [begin, end).
+  [[nodiscard]] PetscInt begin() const noexcept { return begin_; }
+  [[nodiscard]] PetscInt end() const noexcept { return end_; }
+  [[nodiscard]] PetscInt local_nodes() const noexcept { return end_ - begin_; }
+
+  /// Properties by global number, available on every rank.
+  [[nodiscard]] BeamElement element(PetscInt element) const;
+  [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
+  [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
+  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and end springs [N/m], held ends excluded
+  [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
+  [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
+  /// All nodes in [from, to], edges included to 1e-9 of an element; empty if first > last.
+  struct NodeRange {
+    PetscInt first;
+    PetscInt last;
+  };
+  [[nodiscard]] NodeRange nodes_within(double from, double to) const;
+
+  [[nodiscard]] const BeamEnd& end_at(PetscInt node) const;  ///< the end condition of node 0 or the last node
+
+  /// @brief Values of the nodes just outside this rank's piece (zero beyond the beam's ends).
+  /// @param[in] local one value per local node
+  /// @note Collective: one message to each neighbour.
+  struct Halo {
+    double left = 0.0;
+    double right = 0.0;
+  };
+  [[nodiscard]] Halo exchange(std::span<const double> local) const;
+
+  [[nodiscard]] double total_mass() const noexcept { return total_mass_; }  ///< [kg]
+
+ private:
+  [[nodiscard]] std::size_t segment_of_element(PetscInt element) const;
+
+  MPI_Comm comm_;
+  BeamParameters parameters_;
+  std::vector<PetscInt> first_element_;  // of each segment, then the number of elements
+  std::vector<double> first_position_;   // of each segment, then the length
+  std::vector<std::pair<PetscInt, double>> node_masses_;  // point masses by node, ascending
+  PetscInt begin_ = 0;
+  PetscInt end_ = 0;
+  double total_mass_ = 0.0;
+};
+
+}  // namespace udar

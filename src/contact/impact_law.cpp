@@ -1,0 +1,22 @@
+#include "udar/contact/impact_law.hpp"
+
+#include <algorithm>
+
+namespace udar {
+
+ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance) {
+  ContactOutcome outcome{.velocity = std::max(mass.velocity, 0.0), .impact = mass.velocity < 0.0};
+  if (outcome.impact) {
+    outcome.velocity = -restitution * mass.velocity;
+  }
+  const double hop = outcome.velocity * outcome.velocity;  // times 1 / (2 |a|)
+  if (mass.acceleration < 0.0 && hop <= -2.0 * mass.acceleration * hop_tolerance) {
+    outcome.rests = true;
+    outcome.velocity = 0.0;
+  }
+  outcome.energy_loss =
+      0.5 * mass.mass * (mass.velocity * mass.velocity - outcome.velocity * outcome.velocity);
+  return outcome;
+}
+
+}  // namespace udar

@@ -1,0 +1,62 @@
+#include "udar/contact/support.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+void require(bool condition, const char* option, double value, const std::string& expected) {
+  if (!condition) {
+    std::ostringstream message;
+    message << "option " << option << ": " << value << " is not allowed, expected " << expected;
+    throw InputError{message.str()};
+  }
+}
+
+}  // namespace
+
+BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support) {
+  if (std::isinf(support.width)) {
+    return {.first = 0, .last = beam.elements()};
+  }
+  if (support.width == 0.0) {
+    const PetscInt node = beam.nearest_node(support.position);
+    return {.first = node, .last = node};
+  }
+  return beam.nodes_within(support.position - 0.5 * support.width, support.position + 0.5 * support.width);
+}
+
+std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports) {
+  std::vector<ContactPoint> points;
+  for (std::size_t index = 0; index < supports.size(); ++index) {
+    const Support& support = supports[index];
+    std::ostringstream on_beam;
+    on_beam << "from 0 to " << beam.length() << " [m], on the beam";
+    require(support.position >= 0.0 && support.position <= beam.length(), "-support_position", support.position,
+            on_beam.str());
+    require(support.width >= 0.0, "-support_width", support.width, "a number >= 0 [m]");
+    require(std::isfinite(support.height), "-support_height", support.height, "a finite number [m]");
+    require(support.restitution >= 0.0 && support.restitution <= 1.0, "-contact_restitution", support.restitution,
+            "a number from 0 to 1");
+    const auto [first, last] = touched_nodes(beam, support);
+    require(first <= last, "-support_width", support.width,
+            "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
+    for (PetscInt node = std::max(first, beam.begin()); node <= std::min(last, beam.end() - 1); ++node) {
+      if (beam.held(node)) {
+        continue;  // a mass on a held end never moves
+      }
+      points.push_back({.local_node = node - beam.begin(),
+                        .support = static_cast<PetscInt>(index),
+                        .side = static_cast<double>(support.side),
+                        .height = support.height,
+                        .restitution = support.restitution});
+    }
+  }
+  return points;
+}
+
+}  // namespace udar

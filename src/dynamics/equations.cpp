@@ -1,0 +1,57 @@
+#include "udar/dynamics/equations.hpp"
+
+#include <array>
+
+namespace udar {
+
+Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial) : line_{&line}, loads_{&loads} {
+  const BeamChain& beam = line.beam();
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  axis_.reserve(count);
+  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+    axis_.push_back(initial.axis(beam.position(node), beam.length()));
+  }
+  displacement_.resize(count);
+  force_.resize(count);
+}
+
+void Equations::evaluate(double time, std::span<const double> mass_position, LineState& state) {
+  state.time = time;
+  state.stretch.resize(axis_.size());
+  state.moment.resize(axis_.size());
+  for (std::size_t i = 0; i < axis_.size(); ++i) {
+    displacement_[i] = mass_position[i] - axis_[i];
+  }
+  loads_->force(time, force_);
+  line_->solve(displacement_, force_, state.stretch, state.moment);
+}
+
+void Equations::evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate) {
+  unused_moment_.resize(axis_.size());
+  loads_->rate(time, force_);
+  line_->solve(mass_velocity, force_, stretch_rate, unused_moment_);
+}
+
+EnergyLedger Equations::energy(const LineState& state, std::span<const double> mass_position,
+                               std::span<const double> mass_velocity) {
+  const double wf2 = line_->filter_frequency() * line_->filter_frequency();
+  const std::span<const double> mass = line_->mass();
+  loads_->force(state.time, force_);
+  std::array<double, 4> sums{};
+  for (std::size_t i = 0; i < axis_.size(); ++i) {
+    sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
+    sums[2] += 0.5 * wf2 * mass[i] * state.stretch[i] * state.stretch[i];
+    sums[3] -= force_[i] * (mass_position[i] + state.stretch[i]);
+    displacement_[i] = mass_position[i] - axis_[i] + state.stretch[i];
+  }
+  sums[1] = line_->strain_energy(displacement_, state.moment);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());
+  EnergyLedger ledger;
+  ledger.kinetic = sums[0];
+  ledger.line_strain = sums[1];
+  ledger.fictitious_springs = sums[2];
+  ledger.load_potential = sums[3];
+  return ledger;
+}
+
+}  // namespace udar

@@ -1,0 +1,56 @@
+#include "udar/petsc/error.hpp"
+
+#include "udar/petsc/session.hpp"
+
+namespace udar {
+namespace petsc {
+namespace {
+
+std::string describe(PetscErrorCode code, const char* call, std::source_location where) {
+  std::string message = take_error_message();
+  if (message.empty()) {
+    const char* text = nullptr;
+    PetscErrorMessage(code, &text, nullptr);
+    message = text != nullptr ? text : "unknown error";
+  }
+  return "PETSc error " + std::to_string(static_cast<int>(code)) + ": " + message + ", in " + call + " at " +
+         where.file_name() + ":" + std::to_string(where.line());
+}
+
+}  // namespace
+
+Error::Error(PetscErrorCode code, const char* call, std::source_location where)
+    : std::runtime_error{describe(code, call, where)}, code_{code} {}
+
+void check(PetscErrorCode code, const char* call, std::source_location where) {
+  if (code != 0) {
+    throw Error{code, call, where};
+  }
+}
+
+}  // namespace petsc
+
+template <class Failure>
+void throw_together(MPI_Comm comm, const std::string& message) {
+  int rank = 0;
+  int size = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  int first = message.empty() ? size : rank;
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_INT, MPI_MIN, comm);
+  if (first == size) {
+    return;
+  }
+  std::string shared = message;
+  int length = static_cast<int>(shared.size());
+  MPI_Bcast(&length, 1, MPI_INT, first, comm);
+  shared.resize(static_cast<std::size_t>(length));
+  MPI_Bcast(shared.data(), length, MPI_CHAR, first, comm);
+  throw Failure{shared};
+}
+
+template void throw_together<InputError>(MPI_Comm, const std::string&);
+template void throw_together<SolveError>(MPI_Comm, const std::string&);
+template void throw_together<FileError>(MPI_Comm, const std::string&);
+
+}  // namespace udar

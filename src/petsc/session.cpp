@@ -1,0 +1,136 @@
+#include "udar/petsc/session.hpp"
+
+#include <petsclog.h>
+#include <petscoptions.h>
+#include <slepcsys.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::petsc {
+namespace {
+
+std::string& error_message() {
+  static std::string message;
+  return message;
+}
+
+LogEvents& mutable_log_events() {
+  static LogEvents events;
+  return events;
+}
+
+/// Keeps the first message of an error chain and prints nothing.
+PetscErrorCode record_error(MPI_Comm /*comm*/, int line, const char* function, const char* file, PetscErrorCode code,
+                            PetscErrorType kind, const char* message, void* /*context*/) {
+  if (kind == PETSC_ERROR_INITIAL && error_message().empty()) {
+    error_message() = message != nullptr ? message : "";
+    while (!error_message().empty() && error_message().back() == '\n') {
+      error_message().pop_back();
+    }
+    error_message() += std::string{" ["} + function + ", " + file + ":" + std::to_string(line) + "]";
+  }
+  return code;
+}
+
+void insert_options_file(const std::string& path) {
+  std::string failure;
+  errno = 0;
+  if (!std::ifstream{path}.good()) {
+    failure = "option -options_file: cannot read '" + path + "': " + std::strerror(errno != 0 ? errno : EIO);
+  }
+  throw_together<InputError>(PETSC_COMM_WORLD, failure);
+  const PetscErrorCode code = PetscOptionsInsertFile(PETSC_COMM_WORLD, nullptr, path.c_str(), PETSC_TRUE);
+  if (code != 0) {
+    failure = "option -options_file: '" + path + "' is neither valid YAML (name ends in .yaml or .yml) nor a PETSc options file: " +
+              take_error_message();
+  }
+  throw_together<InputError>(PETSC_COMM_WORLD, failure);
+}
+
+}  // namespace
+
+Session::Session(int& argc, char**& argv, const char* help) {
+  // PETSc would abort inside PetscInitialize on a bad options file; it is kept back and inserted here.
+  std::vector<std::string> files;
+  std::vector<char*> kept;
+  for (int i = 0; i < argc; ++i) {
+    if (std::string_view{argv[i]} == "-options_file" && i + 1 < argc) {
+      files.emplace_back(argv[++i]);
+    } else {
+      kept.push_back(argv[i]);
+    }
+  }
+  int kept_count = static_cast<int>(kept.size());
+  kept.push_back(nullptr);
+  char** kept_values = kept.data();
+  check(SlepcInitialize(&kept_count, &kept_values, nullptr, help), "SlepcInitialize");
+  UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
+  UDAR_CALL(PetscLogDefaultBegin());
+
+  PetscClassId library = 0;
+  LogEvents& events = mutable_log_events();
+  UDAR_CALL(PetscClassIdRegister("udar", &library));
+  UDAR_CALL(PetscLogEventRegister("FilterAssemble", library, &events.assemble));
+  UDAR_CALL(PetscLogEventRegister("FilterSolve", library, &events.solve));
+  UDAR_CALL(PetscLogEventRegister("Contact", library, &events.contact));
+  UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
+
+  for (const std::string& file : files) {
+    insert_options_file(file);
+  }
+  if (!files.empty()) {
+    UDAR_CALL(PetscOptionsInsert(nullptr, &kept_count, &kept_values, nullptr));
+  }
+}
+
+Session::~Session() {
+  PetscBool initialized = PETSC_FALSE;
+  PetscInitialized(&initialized);
+  if (initialized == PETSC_TRUE) {
+    PetscPopErrorHandler();
+    SlepcFinalize();
+  }
+}
+
+bool Session::help_requested() {
+  PetscBool help = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsHasHelp(nullptr, &help));
+  return help == PETSC_TRUE;
+}
+
+std::string take_error_message() { return std::exchange(error_message(), {}); }
+
+const LogEvents& log_events() { return mutable_log_events(); }
+
+LogScope::LogScope(PetscLogEvent event) : event_{event} {
+  if (event_ >= 0) {
+    PetscLogEventBegin(event_, 0, 0, 0, 0);
+  }
+}
+
+LogScope::~LogScope() {
+  if (event_ >= 0) {
+    PetscLogEventEnd(event_, 0, 0, 0, 0);
+  }
+}
+
+EventTotals event_totals(PetscLogEvent event) {
+  EventTotals totals;
+  if (event < 0) {
+    return totals;
+  }
+  PetscEventPerfInfo info;
+  UDAR_CALL(PetscLogEventGetPerfInfo(PETSC_DEFAULT, event, &info));
+  totals.seconds = info.time;
+  totals.calls = static_cast<PetscInt>(info.count);
+  return totals;
+}
+
+}  // namespace udar::petsc

@@ -1,0 +1,159 @@
+#include "udar/structure/beam_chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+void require(bool condition, const std::string& message) {
+  if (!condition) {
+    throw InputError{message};
+  }
+}
+
+constexpr double kEdgeTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
+
+}  // namespace
+
+BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, parameters_{std::move(parameters)} {
+  require(!parameters_.segments.empty(), "a beam needs at least one segment");
+  first_element_.push_back(0);
+  first_position_.push_back(0.0);
+  for (const BeamSegment& segment : parameters_.segments) {
+    require(segment.length > 0.0 && std::isfinite(segment.length), "segment length must be > 0 [m]");
+    require(segment.elements > 0, "a segment needs at least one element");
+    require(segment.bending_stiffness > 0.0 && std::isfinite(segment.bending_stiffness),
+            "bending stiffness EI must be > 0 [N m^2]");
+    require(segment.mass_per_length > 0.0 && std::isfinite(segment.mass_per_length),
+            "mass per length must be > 0 [kg/m]");
+    require(segment.shear_stiffness > 0.0, "shear stiffness kGA must be > 0 [N]");
+    require(segment.foundation_stiffness >= 0.0 && std::isfinite(segment.foundation_stiffness),
+            "foundation stiffness must be >= 0 [N/m^2]");
+    require(segment.elements < std::numeric_limits<PetscInt>::max() / 2 - first_element_.back(),
+            "number of elements exceeds the index range of this PETSc build (32-bit indices; two unknowns per node)");
+    first_element_.push_back(first_element_.back() + segment.elements);
+    first_position_.push_back(first_position_.back() + segment.length);
+    total_mass_ += segment.mass_per_length * segment.length;
+  }
+  require(parameters_.tension >= 0.0 && std::isfinite(parameters_.tension), "tension must be >= 0 [N]");
+  for (const PointMass& point : parameters_.point_masses) {
+    require(point.position >= 0.0 && point.position <= length(), "a point mass must lie on the beam [m]");
+    require(point.mass >= 0.0 && std::isfinite(point.mass), "a point mass must be >= 0 [kg]");
+    node_masses_.emplace_back(nearest_node(point.position), point.mass);
+    total_mass_ += point.mass;
+  }
+  std::ranges::sort(node_masses_);
+
+  int rank = 0;
+  int size = 1;
+  MPI_Comm_rank(comm_, &rank);
+  MPI_Comm_size(comm_, &size);
+  require(static_cast<PetscInt>(size) <= elements(), "option -beam_elements: " + std::to_string(elements()) +
+                                                         " elements cannot be dealt to " + std::to_string(size) +
+                                                         " ranks; use at most one rank per element");
+  const PetscInt share = nodes() / size;
+  const PetscInt rest = nodes() % size;
+  begin_ = rank * share + std::min<PetscInt>(rank, rest);
+  end_ = begin_ + share + (rank < rest ? 1 : 0);
+}
+
+std::size_t BeamChain::segment_of_element(PetscInt element) const {
+  if (parameters_.segments.size() == 1) {
+    return 0;
+  }
+  const auto after = std::ranges::upper_bound(first_element_.begin() + 1, first_element_.end() - 1, element);
+  return static_cast<std::size_t>(after - first_element_.begin() - 1);
+}
+
+BeamElement BeamChain::element(PetscInt element) const {
+  const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
+  return {.length = segment.length / static_cast<double>(segment.elements),
+          .flexural_compliance = 1.0 / segment.bending_stiffness,
+          .shear_compliance = 1.0 / segment.shear_stiffness};
+}
+
+double BeamChain::position(PetscInt node) const {
+  if (node == elements()) {
+    return length();
+  }
+  const std::size_t index = segment_of_element(node);
+  const BeamSegment& segment = parameters_.segments[index];
+  return first_position_[index] + segment.length * (static_cast<double>(node - first_element_[index]) /
+                                                    static_cast<double>(segment.elements));
+}
+
+double BeamChain::mass(PetscInt node) const {
+  const auto half_element = [this](PetscInt element) {
+    const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
+    return 0.5 * segment.mass_per_length * segment.length / static_cast<double>(segment.elements);
+  };
+  double mass = (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0);
+  for (auto point = std::ranges::lower_bound(node_masses_, node, {}, &std::pair<PetscInt, double>::first);
+       point != node_masses_.end() && point->first == node; ++point) {
+    mass += point->second;
+  }
+  return mass;
+}
+
+double BeamChain::ground_stiffness(PetscInt node) const {
+  const auto half_element = [this](PetscInt element) {
+    const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
+    return 0.5 * segment.foundation_stiffness * segment.length / static_cast<double>(segment.elements);
+  };
+  double stiffness = (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0);
+  if ((node == 0 || node == elements()) && !held(node)) {
+    stiffness += end_at(node).translational_stiffness;
+  }
+  return stiffness;
+}
+
+bool BeamChain::held(PetscInt node) const { return (node == 0 || node == elements()) && end_at(node).held(); }
+
+const BeamEnd& BeamChain::end_at(PetscInt node) const { return node == 0 ? parameters_.left : parameters_.right; }
+
+PetscInt BeamChain::nearest_node(double position) const {
+  const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, position);
+  const auto index = static_cast<std::size_t>(after - first_position_.begin() - 1);
+  const BeamSegment& segment = parameters_.segments[index];
+  const double steps = (position - first_position_[index]) / segment.length * static_cast<double>(segment.elements);
+  const double nearest = std::ceil(steps - 0.5 - kEdgeTolerance);
+  return first_element_[index] +
+         static_cast<PetscInt>(std::clamp(nearest, 0.0, static_cast<double>(segment.elements)));
+}
+
+BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {
+  // Start from the nearest nodes and step over those outside; a node may belong to either of two segments.
+  const auto tolerance = [this](PetscInt node) {
+    return kEdgeTolerance * element(std::min(node, elements() - 1)).length;
+  };
+  PetscInt first = nearest_node(std::clamp(from, 0.0, length()));
+  PetscInt last = nearest_node(std::clamp(to, 0.0, length()));
+  while (first <= elements() && position(first) < from - tolerance(first)) {
+    ++first;
+  }
+  while (last >= 0 && position(last) > to + tolerance(last)) {
+    --last;
+  }
+  return {.first = first, .last = last};
+}
+
+BeamChain::Halo BeamChain::exchange(std::span<const double> local) const {
+  int rank = 0;
+  int size = 1;
+  MPI_Comm_rank(comm_, &rank);
+  MPI_Comm_size(comm_, &size);
+  Halo halo;
+  if (size > 1) {
+    const int left = rank > 0 ? rank - 1 : MPI_PROC_NULL;
+    const int right = rank + 1 < size ? rank + 1 : MPI_PROC_NULL;
+    MPI_Sendrecv(&local.front(), 1, MPI_DOUBLE, left, 0, &halo.right, 1, MPI_DOUBLE, right, 0, comm_,
+                 MPI_STATUS_IGNORE);
+    MPI_Sendrecv(&local.back(), 1, MPI_DOUBLE, right, 1, &halo.left, 1, MPI_DOUBLE, left, 1, comm_, MPI_STATUS_IGNORE);
+  }
+  return halo;
+}
+
+}  // namespace udar
