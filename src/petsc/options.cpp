@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::array kOwnGroups = {"beam_",  "structure_", "filter_", "support_", "contact_", "initial_", "load_",
                                    "gauge_", "output_",    "restart_", "udar_",   "bench_",   "gravity",  "floor"};
-constexpr std::array kSolverGroups = {"filter_ksp_", "filter_pc_", "filter_mat_", "filter_sub_", "filter_mg_"};
+constexpr std::array kSolverGroups = {"filter_ksp_", "filter_pc_", "filter_mat_", "filter_sub_", "filter_mg_", "filter_eps_", "filter_st_"};
 
 std::set<std::string>& known_keys() {
   static std::set<std::string> keys;

@@ -26,6 +26,11 @@ LogEvents& mutable_log_events() {
   return events;
 }
 
+bool& first_rank() {
+  static bool first = true;
+  return first;
+}
+
 /// Keeps the first message of an error chain and prints nothing.
 PetscErrorCode record_error(MPI_Comm /*comm*/, int line, const char* function, const char* file, PetscErrorCode code,
                             PetscErrorType kind, const char* message, void* /*context*/) {
@@ -56,21 +61,41 @@ void insert_options_file(const std::string& path) {
 
 }  // namespace
 
-Session::Session(int& argc, char**& argv, const char* help) {
-  // PETSc would abort inside PetscInitialize on a bad options file; it is kept back and inserted here.
-  std::vector<std::string> files;
-  std::vector<char*> kept;
+Session::Session(int& argc, char**& argv, const char* help) : Session{argc, argv} {
+  if (help_) {
+    UDAR_CALL(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
+    UDAR_CALL(PetscOptionsSetValue(nullptr, "-help", nullptr));
+  }
+  for (const std::string& file : files_) {
+    insert_options_file(file);
+  }
+  if (!files_.empty()) {
+    int count = static_cast<int>(arguments_.size()) - 1;
+    char** values = arguments_.data();
+    UDAR_CALL(PetscOptionsInsert(nullptr, &count, &values, nullptr));
+  }
+}
+
+// PETSc would abort inside PetscInitialize on a bad options file, and would print pages of general options for -help:
+// both are kept back here and inserted once PETSc is up.
+Session::Session(int argc, char** argv) {
   for (int i = 0; i < argc; ++i) {
-    if (std::string_view{argv[i]} == "-options_file" && i + 1 < argc) {
-      files.emplace_back(argv[++i]);
+    const std::string_view argument{argv[i]};
+    if (argument == "-options_file" && i + 1 < argc) {
+      files_.emplace_back(argv[++i]);
+    } else if (argument == "-help" || argument == "-h") {
+      help_ = true;
     } else {
-      kept.push_back(argv[i]);
+      arguments_.push_back(argv[i]);
     }
   }
-  int kept_count = static_cast<int>(kept.size());
-  kept.push_back(nullptr);
-  char** kept_values = kept.data();
-  check(SlepcInitialize(&kept_count, &kept_values, nullptr, help), "SlepcInitialize");
+  int count = static_cast<int>(arguments_.size());
+  arguments_.push_back(nullptr);
+  char** values = arguments_.data();
+  check(SlepcInitialize(&count, &values, nullptr, nullptr), "SlepcInitialize");
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  first_rank() = rank == 0;
   UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
   UDAR_CALL(PetscLogDefaultBegin());
 
@@ -81,23 +106,14 @@ Session::Session(int& argc, char**& argv, const char* help) {
   UDAR_CALL(PetscLogEventRegister("FilterSolve", library, &events.solve));
   UDAR_CALL(PetscLogEventRegister("Contact", library, &events.contact));
   UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
-
-  for (const std::string& file : files) {
-    insert_options_file(file);
-  }
-  if (!files.empty()) {
-    UDAR_CALL(PetscOptionsInsert(nullptr, &kept_count, &kept_values, nullptr));
-  }
 }
 
 Session::~Session() {
-  PetscBool initialized = PETSC_FALSE;
-  PetscInitialized(&initialized);
-  if (initialized == PETSC_TRUE) {
-    PetscPopErrorHandler();
-    SlepcFinalize();
-  }
+  PetscPopErrorHandler();
+  SlepcFinalize();
 }
+
+bool Session::on_first_rank() { return first_rank(); }
 
 bool Session::help_requested() {
   PetscBool help = PETSC_FALSE;

@@ -19,7 +19,8 @@ struct InitialState {
     std::vector<double> x;         ///< [m], strictly ascending
     std::vector<double> offset;    ///< [m]
     std::vector<double> velocity;  ///< [m/s], empty: none
-  } shape;
+  };
+  Shape shape{};
 
   /// Height of the reference axis at x [m].
   [[nodiscard]] double axis(double x, double beam_length) const { return height + slope * (x - 0.5 * beam_length); }

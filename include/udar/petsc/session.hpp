@@ -5,6 +5,7 @@
 #include <petscsys.h>
 
 #include <string>
+#include <vector>
 
 namespace udar::petsc {
 
@@ -24,6 +25,15 @@ class Session {
 
   /// Whether `-help` was given.
   [[nodiscard]] static bool help_requested();
+  /// Whether this is rank 0 of `PETSC_COMM_WORLD`; also valid after the session has ended.
+  [[nodiscard]] static bool on_first_rank();
+
+ private:
+  Session(int argc, char** argv);
+
+  std::vector<std::string> files_;
+  std::vector<char*> arguments_;  // ends with a null pointer
+  bool help_ = false;
 };
 
 /// @brief The message of the PETSc error that was raised last on this rank, empty if none; reading clears it.

@@ -1,0 +1,32 @@
+# How every target of this project is compiled.
+
+# udar_own_code(TARGET): our warnings, sanitizers and processor flags, none of which a user of the library inherits.
+function(udar_own_code target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    # False alarms on "text" + std::string: gcc.gnu.org/PR105651, fixed in 13.
+    target_compile_options(${target} PRIVATE -Wno-restrict)
+  endif()
+  if(UDAR_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(UDAR_NATIVE)
+    target_compile_options(${target} PRIVATE -march=native)
+  endif()
+  if(UDAR_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${UDAR_SANITIZE} -fno-sanitize-recover=all
+                                             -fno-omit-frame-pointer)
+    target_link_options(${target} PRIVATE -fsanitize=${UDAR_SANITIZE})
+  else()
+    target_link_options(${target} PRIVATE LINKER:--no-undefined)
+  endif()
+endfunction()
+
+# udar_add_program(TARGET FILE SOURCE...): an installed program FILE, in the build folder itself.
+function(udar_add_program target file)
+  add_executable(${target} ${ARGN})
+  udar_own_code(${target})
+  target_link_libraries(${target} PRIVATE udar::udar nlohmann_json::nlohmann_json)
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${file} RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+  install(TARGETS ${target})
+endfunction()

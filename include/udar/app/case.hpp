@@ -1,0 +1,50 @@
+#pragma once
+/// @file
+/// A case as the user states it: options and case file turned into plain, checked values.
+
+#include <string>
+#include <vector>
+
+#include "udar/contact/support.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/dynamics/initial_state.hpp"
+#include "udar/filter/filtered_line.hpp"
+#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/load.hpp"
+
+namespace udar::app {
+
+/// @brief Where and how often a run writes.
+struct OutputParameters {
+  std::string directory = "udar-output";
+  double interval = 1e-3;        ///< of gauges and energy [s]
+  double field_interval = 1e-2;  ///< of fields [s]; 0: none
+  bool overwrite = false;
+};
+
+/// @brief How a run continues another and may be continued.
+struct RestartParameters {
+  std::string file;       ///< empty: start from t = 0
+  double interval = 0.0;  ///< simulated time between checkpoints [s]; 0: only at the end
+};
+
+/// @brief Everything `udar` reads from the options database, once, before anything is built.
+struct Case {
+  BeamParameters beam;
+  FilterParameters filter;
+  double gravity = 9.81;  ///< [m/s^2]
+  InitialState initial;
+  std::vector<NodalLoad> loads;
+  std::vector<Support> supports;  ///< the floor, if any, is the last
+  ContactParameters contact;
+  std::vector<double> gauges;  ///< [m]
+  OutputParameters output;
+  RestartParameters restart;
+  bool view = false;
+};
+
+/// @brief Reads every option of udar; prints their manual under `-help`.
+/// @note Collective. @throws InputError, FileError naming option, value, range and unit
+[[nodiscard]] Case read_case(MPI_Comm comm);
+
+}  // namespace udar::app

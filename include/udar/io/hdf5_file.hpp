@@ -1,0 +1,157 @@
+#pragma once
+/// @file
+/// One HDF5 file that all ranks write or read together.
+
+#include <hdf5.h>
+#include <mpi.h>
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/io/layout.hpp"
+
+namespace udar::io {
+
+/// @brief Owns one HDF5 identifier and closes it once.
+class Hdf5Id {
+ public:
+  using Close = herr_t (*)(hid_t);
+
+  Hdf5Id() noexcept = default;
+  Hdf5Id(hid_t id, Close close) noexcept : id_{id}, close_{close} {}
+  Hdf5Id(const Hdf5Id&) = delete;
+  Hdf5Id& operator=(const Hdf5Id&) = delete;
+  Hdf5Id(Hdf5Id&& other) noexcept : id_{other.release()}, close_{other.close_} {}
+  Hdf5Id& operator=(Hdf5Id&& other) noexcept;
+  ~Hdf5Id() { reset(); }
+
+  operator hid_t() const noexcept { return id_; }  // NOLINT(google-explicit-constructor): HDF5 calls take the raw id
+  [[nodiscard]] bool valid() const noexcept { return id_ >= 0; }
+  hid_t release() noexcept;
+  void reset() noexcept;
+
+ private:
+  hid_t id_ = H5I_INVALID_HID;
+  Close close_ = nullptr;
+};
+
+/// @brief A file open on all ranks of a communicator, with collective transfers and collective metadata.
+///
+/// Every member function is collective and throws `FileError` on all ranks together when a call fails on one. HDF5 and
+/// MPI-IO cannot be trusted with a full disk: Open MPI's ranks then wait for each other for ever. So the space for every
+/// write is reserved first by rank 0 with the operating system; what does not fit is refused before HDF5 hears of it,
+/// and the file stays as it was after the last `flush`, whole and readable. Where a file system cannot reserve, its
+/// free space is compared instead, and if HDF5 still fails on some ranks while others are stuck in the call, the
+/// program ends with the message after a minute.
+/// @note `-output_directory` (writing) or the option given (reading) is named in every message.
+class Hdf5File {
+ public:
+  enum class Access { kCreate, kRead };
+
+  /// @brief Creates (empties) or opens the file.
+  /// @throws FileError on all ranks if there is no such file, no permission, or it is not HDF5
+  Hdf5File(MPI_Comm comm, std::string path, Access access, std::string option = "-output_directory");
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+  /// @brief Closes a file that was not closed, but leaves it as last flushed after a failure or while an exception
+  /// unwinds this rank: the others may be elsewhere. Never throws, never waits for a rank that is gone.
+  ~Hdf5File();
+
+  /// @name Writing
+  /// @{
+  void add_group(const std::string& name);
+  void add_attribute(const std::string& object, const std::string& name, const std::string& value);
+  void add_attribute(const std::string& object, const std::string& name, double value);
+  void add_attribute(const std::string& object, const std::string& name, std::int64_t value);
+  void add_attribute(const std::string& object, const std::string& name, std::uint64_t value);
+  /// A short one-dimensional dataset that every rank has in full.
+  void add_small(const std::string& name, std::span<const double> values);
+  void add_small(const std::string& name, std::span<const std::int64_t> values);
+  /// A dataset with one value per node; each rank gives its nodes.
+  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values);
+  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values);
+
+  /// @brief A dataset that grows by rows of one value per node, in chunks of about 1 MiB.
+  /// @param[in] type HDF5's type of a value, in memory and in the file; copied
+  void add_rows(const std::string& name, hid_t type, PetscInt nodes);
+  /// @brief A one-dimensional dataset that grows; for compound records, too.
+  void add_records(const std::string& name, hid_t type);
+  /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
+  void append_row(const std::string& name, const NodeRange& nodes, const void* values);
+  /// @brief Adds records to a dataset of `add_records`.
+  /// @param[in] records on rank 0
+  /// @param[in] count   on every rank
+  void append_records(const std::string& name, const void* records, std::size_t count);
+  /// @brief Makes room for `bytes` of coming writes, so that several of them fail before the first or not at all.
+  void reserve(std::uint64_t bytes);
+  /// Bytes by which the next row of this dataset makes the file longer.
+  [[nodiscard]] std::uint64_t growth(const std::string& name, std::size_t rows = 1) const;
+
+  /// @brief Brings all to the disk: what was written until now survives the end of the program, however it comes.
+  void flush();
+  /// @brief Flushes and closes; nothing may be called afterwards.
+  void close();
+  /// @}
+
+  /// @name Reading
+  /// @{
+  [[nodiscard]] bool has(const std::string& object, const std::string& attribute);
+  [[nodiscard]] std::string read_text(const std::string& object, const std::string& name);
+  [[nodiscard]] double read_double(const std::string& object, const std::string& name);
+  [[nodiscard]] std::int64_t read_int(const std::string& object, const std::string& name);
+  [[nodiscard]] std::uint64_t read_uint(const std::string& object, const std::string& name);
+  /// Names of the attributes of an object, and of the datasets in a group in the order they were added.
+  [[nodiscard]] std::vector<std::string> attribute_names(const std::string& object);
+  [[nodiscard]] std::vector<std::string> dataset_names(const std::string& group);
+  [[nodiscard]] std::vector<double> read_small(const std::string& name);
+  /// This rank's nodes of a dataset with one value per node. @throws FileError if it has another number of nodes
+  [[nodiscard]] std::vector<double> read_node_values(const std::string& name, const NodeRange& nodes);
+  /// @}
+
+  /// @brief Throws `FileError` on all ranks with a message on this file unless `ok` is true on every rank.
+  /// @param[in] reason what is wrong; empty for what HDF5 says about its last call
+  void agree(bool ok, const std::string& reason = {});
+
+ private:
+  struct Growing {
+    Hdf5Id id;
+    Hdf5Id type;
+    hsize_t size = 0;        ///< of a value [bytes]
+    hsize_t rows = 0;        ///< written
+    hsize_t columns = 0;     ///< 0: one-dimensional
+    hsize_t chunk_rows = 0;  ///< rows of a chunk
+    hsize_t chunks = 0;      ///< that make a row of chunks
+    hsize_t chunk_bytes = 0;
+  };
+
+  void create();
+  void open();
+  void abandon() noexcept;
+  void add_growing(const std::string& name, hid_t type, hsize_t columns);
+  void add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value);
+  void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
+  void add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
+                   const void* values);
+  void extend(Growing& data, hsize_t rows);
+  void write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns, const void* values);
+  [[nodiscard]] std::string message(const std::string& reason) const;
+
+  MPI_Comm comm_;
+  int rank_ = 0;
+  std::string path_;
+  std::string option_;
+  Access access_;
+  Hdf5Id file_;
+  Hdf5Id transfer_;  ///< property list of collective transfers
+  std::map<std::string, Growing> growing_;
+  int exceptions_ = 0;              ///< in flight on this rank at construction
+  bool failed_ = false;             ///< an HDF5 call failed on some rank: HDF5 must not touch the file again
+  int descriptor_ = -1;             ///< rank 0's own handle on the file, to reserve space
+  std::uint64_t reserved_end_ = 0;  ///< rank 0: up to where the file has its space
+};
+
+}  // namespace udar::io

@@ -1,0 +1,49 @@
+#pragma once
+/// @file
+/// results.h5: fields, events and energy of a run.
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "udar/dynamics/observer.hpp"
+#include "udar/io/layout.hpp"
+
+namespace udar::io {
+
+class Hdf5File;
+
+/// @brief The file results.h5. Fields go from each rank straight to the disk; no rank ever holds a whole field.
+///
+/// Each `append` leaves a file that is whole on the disk: a run that is killed keeps all rows appended before.
+/// @note All calls are collective. @throws FileError on all ranks together if the disk takes no more; the file then
+/// stays as the last append left it
+/// @see docs/output.md
+class ResultsFile {
+ public:
+  /// @brief Creates `path`, with positions, gauges, supports, options and versions in it.
+  ResultsFile(const RunLayout& layout, const std::string& path);
+  ~ResultsFile();
+  ResultsFile(const ResultsFile&) = delete;
+  ResultsFile& operator=(const ResultsFile&) = delete;
+
+  /// One row of the fields.
+  void append_fields(const Snapshot& state);
+  /// @name Rows of the tables
+  /// In order of time.
+  /// @param[in] rows   on rank 0; other ranks' are not read
+  /// @param[in] count  number of `rows` of rank 0, on every rank
+  /// @{
+  void append_impacts(std::span<const ImpactRecord> rows, std::size_t count);
+  void append_rests(std::span<const RestRecord> rows, std::size_t count);
+  void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);  ///< equal on every rank
+  /// @}
+  /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
+  void close();
+
+ private:
+  std::unique_ptr<Hdf5File> file_;
+  NodeRange nodes_;
+};
+
+}  // namespace udar::io

@@ -1,0 +1,32 @@
+#pragma once
+/// @file
+/// The observers that write a run's files.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "udar/dynamics/observer.hpp"
+#include "udar/io/layout.hpp"
+
+namespace udar::io {
+
+/// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, results.h5 and results.xdmf and returns who fills them.
+///
+/// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when a rank holds more
+/// than 4096 of them; fields after each row. A run that is killed leaves readable files that lack at most the last of
+/// these blocks. `finish` writes the rest and closes results.h5.
+/// @param[in] layout         what is written about; `layout.comm` must outlive the observers
+/// @param[in] directory      made ready by `prepare_run_directory`
+/// @param[in] interval       `-output_interval`, simulated time between rows of the tables [s], above 0
+/// @param[in] field_interval `-output_field_interval`, between rows of the fields [s]; 0 for no fields and no
+///                           results.xdmf
+/// @return the observers; call them in this order
+/// @note Collective, as all calls of the observers. The spans of a snapshot must have one value per node of the rank.
+/// @throws FileError on all ranks
+/// @see docs/output.md
+[[nodiscard]] std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
+                                                                      const std::string& directory, double interval,
+                                                                      double field_interval);
+
+}  // namespace udar::io

@@ -1,0 +1,50 @@
+#pragma once
+/// @file
+/// summary.json: what a run comes to, for programs.
+
+#include <mpi.h>
+#include <petscsys.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace udar::io {
+
+/// @brief The content of summary.json; the keys are the names here. An empty optional is written as null.
+struct Summary {
+  bool completed = false;  ///< reached its end time
+  double end_time = 0.0;   ///< reached [s]
+  PetscInt elements = 0;
+  int ranks = 1;
+  PetscInt steps = 0;           ///< accepted
+  PetscInt rejected_steps = 0;
+  PetscInt rhs_evaluations = 0;
+  PetscInt line_solves = 0;
+  PetscInt impacts = 0;
+  PetscInt rests = 0;
+  PetscInt releases = 0;
+  std::optional<double> first_contact_time;     ///< [s]; empty without contact
+  std::optional<double> last_contact_time;      ///< [s]
+  std::optional<double> min_line_gap;           ///< smallest distance of the line from a support [m]; empty without any
+  std::optional<double> min_line_gap_x;         ///< where [m]
+  std::optional<double> min_line_gap_time;      ///< when [s]
+  std::vector<double> support_impulse;          ///< sum over the impacts on each support [N s]
+  double energy_drift = 0.0;                    ///< at the end, relative
+  std::vector<double> gauge_position;           ///< asked for [m]
+  std::vector<double> gauge_node_position;      ///< of the node it became [m]
+  std::map<std::string, double> wall_seconds;   ///< by stage of the run
+  std::uint64_t peak_memory_bytes = 0;          ///< largest over the ranks
+  std::map<std::string, std::string> versions;  ///< as of `library_versions`
+  std::map<std::string, double> extra;          ///< written beside the others; its keys must differ from theirs
+};
+
+/// @brief Writes `summary` as JSON. The file appears whole or not at all.
+/// @param[in] summary used on rank 0
+/// @note Collective. Numbers that are not finite are written as null.
+/// @throws FileError on all ranks
+void write_summary(MPI_Comm comm, const std::string& path, const Summary& summary);
+
+}  // namespace udar::io

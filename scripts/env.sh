@@ -1,0 +1,7 @@
+# Source this before mpirun: any number of ranks on any machine, also as root in a container, with one thread each.
+export OMPI_ALLOW_RUN_AS_ROOT=1
+export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+export OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_hwloc_base_binding_policy=none
+export OMP_NUM_THREADS=1
+export OPENBLAS_NUM_THREADS=1

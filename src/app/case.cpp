@@ -1,0 +1,364 @@
+#include "udar/app/case.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+#include "udar/io/table_file.hpp"
+#include "udar/petsc/options.hpp"
+#include "udar/petsc/session.hpp"
+#include "udar/structure/section.hpp"
+
+namespace udar::app {
+namespace {
+
+using petsc::OptionGroup;
+using Strings = std::vector<std::string>;
+using Numbers = std::vector<double>;
+
+enum class SectionKind { circle, tube, rectangle, direct };
+enum class Theory { euler_bernoulli, timoshenko };
+enum class EndKind { free, pinned, clamped, spring };
+enum class Weighting { inclusive };
+
+template <class T>
+using Names = std::pair<const char*, T>;
+
+constexpr std::array kSections{Names<SectionKind>{"circle", SectionKind::circle},
+                               Names<SectionKind>{"tube", SectionKind::tube},
+                               Names<SectionKind>{"rectangle", SectionKind::rectangle},
+                               Names<SectionKind>{"direct", SectionKind::direct}};
+constexpr std::array kTheories{Names<Theory>{"euler_bernoulli", Theory::euler_bernoulli},
+                               Names<Theory>{"timoshenko", Theory::timoshenko}};
+constexpr std::array kEnds{Names<EndKind>{"free", EndKind::free}, Names<EndKind>{"pinned", EndKind::pinned},
+                           Names<EndKind>{"clamped", EndKind::clamped}, Names<EndKind>{"spring", EndKind::spring}};
+constexpr std::array kFormulations{Names<Formulation>{"mixed", Formulation::mixed},
+                                   Names<Formulation>{"hermite", Formulation::hermite}};
+constexpr std::array kSides{Names<SupportSide>{"below", SupportSide::below},
+                            Names<SupportSide>{"above", SupportSide::above}};
+constexpr std::array kWeightings{Names<Weighting>{"inclusive", Weighting::inclusive}};
+
+Numbers column(const io::Table& table, std::size_t index) {
+  Numbers values(table.rows());
+  for (std::size_t row = 0; row < values.size(); ++row) {
+    values[row] = table.at(row, index);
+  }
+  return values;
+}
+
+/// One size of a cross-section: which section needs it, whether it was given, one value per segment.
+struct Size {
+  const char* key;
+  SectionKind section;
+  bool given = false;
+  Numbers values;
+};
+
+/// Reads the sizes of the sections; every size a section needs must be there, every size given must be needed.
+std::vector<Section> read_sections(OptionGroup& group, std::size_t count, double poisson_ratio) {
+  std::vector<SectionKind> kinds{SectionKind::circle};
+  group.choices<SectionKind>("-beam_section", kinds, kSections,
+                             "cross-section: circle (-beam_radius), tube (-beam_radius, -beam_inner_radius), rectangle "
+                             "(-beam_width, -beam_height) or direct (-beam_area, -beam_inertia); one, or one per segment");
+  kinds = petsc::one_per("-beam_section", kinds, count, "one per segment of -beam_length");
+  Numbers radius{0.1};
+  const bool radius_given = group.reals("-beam_radius", radius, "m", petsc::positive(), "outer radius of circle or tube");
+  std::array sizes{Size{"-beam_inner_radius", SectionKind::tube, false, {}},
+                   Size{"-beam_width", SectionKind::rectangle, false, {}},
+                   Size{"-beam_height", SectionKind::rectangle, false, {}},
+                   Size{"-beam_area", SectionKind::direct, false, {}},
+                   Size{"-beam_inertia", SectionKind::direct, false, {}}};
+  constexpr std::array kTexts{"inner radius of tube", "width of rectangle, across the plane of bending",
+                              "height of rectangle, in the plane of bending", "cross-section area",
+                              "second moment of area of the cross-section"};
+  constexpr std::array kUnits{"m", "m", "m", "m^2", "m^4"};
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    sizes[i].given = group.reals(sizes[i].key, sizes[i].values, kUnits[i], petsc::positive(), kTexts[i]);
+  }
+  Numbers shear{};
+  const bool shear_given = group.reals("-beam_shear_coefficient", shear, "-", petsc::positive(),
+                                       "Timoshenko's k in kGA; default by Cowper (1966) from the section, 5/6 for direct");
+  radius = petsc::one_per("-beam_radius", radius, count, "one per segment of -beam_length");
+  if (shear_given) {
+    shear = petsc::one_per("-beam_shear_coefficient", shear, count, "one per segment of -beam_length");
+  }
+  const auto used = [&kinds](SectionKind kind) { return std::ranges::find(kinds, kind) != kinds.end(); };
+  for (Size& size : sizes) {
+    if (size.given && !used(size.section)) {
+      throw InputError{std::string{"option "} + size.key + " does not belong to the -beam_section in use"};
+    }
+    if (!size.given && used(size.section)) {
+      throw InputError{std::string{"option "} + size.key + " is needed by the -beam_section in use"};
+    }
+    if (size.given) {
+      size.values = petsc::one_per(size.key, size.values, count, "one per segment of -beam_length");
+    }
+  }
+  if (radius_given && !used(SectionKind::circle) && !used(SectionKind::tube)) {
+    throw InputError{"option -beam_radius does not belong to the -beam_section in use"};
+  }
+  std::vector<Section> sections;
+  for (std::size_t i = 0; i < count; ++i) {
+    Section section;
+    switch (kinds[i]) {
+      case SectionKind::circle:
+        section = circle_section(radius[i], poisson_ratio);
+        break;
+      case SectionKind::tube:
+        if (!(sizes[0].values[i] < radius[i])) {
+          throw InputError{"option -beam_inner_radius must be smaller than -beam_radius [m]"};
+        }
+        section = tube_section(radius[i], sizes[0].values[i], poisson_ratio);
+        break;
+      case SectionKind::rectangle:
+        section = rectangle_section(sizes[1].values[i], sizes[2].values[i], poisson_ratio);
+        break;
+      case SectionKind::direct:
+        section = {.area = sizes[3].values[i], .inertia = sizes[4].values[i], .shear_coefficient = 5.0 / 6.0};
+        break;
+    }
+    if (shear_given) {
+      section.shear_coefficient = shear[i];
+    }
+    sections.push_back(section);
+  }
+  return sections;
+}
+
+BeamEnd read_end(OptionGroup& group, const std::string& side) {
+  const std::string key = "-beam_" + side;
+  EndKind kind = EndKind::free;
+  BeamEnd end;
+  group.choice<EndKind>((key + "_end").c_str(), kind, kEnds, "how this end of the line is held");
+  const bool spring_given = group.real((key + "_spring").c_str(), end.translational_stiffness, "N/m",
+                                       petsc::non_negative(), "stiffness against displacement of a spring end");
+  const bool rotational_given =
+      group.real((key + "_rotational_spring").c_str(), end.rotational_stiffness, "N m/rad", petsc::non_negative(),
+                 "stiffness against rotation of a spring end");
+  if ((spring_given || rotational_given) && kind != EndKind::spring) {
+    throw InputError{"option " + key + "_spring needs " + key + "_end spring"};
+  }
+  if (kind == EndKind::pinned || kind == EndKind::clamped) {
+    end.translational_stiffness = BeamEnd::kRigid;
+    end.rotational_stiffness = kind == EndKind::clamped ? BeamEnd::kRigid : 0.0;
+  }
+  return end;
+}
+
+BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
+  OptionGroup group{comm, "Beam: one straight beam from x = 0, uniform or in segments (lists: one entry per segment, or one for all)"};
+  BeamParameters beam;
+  Numbers length{10.0};
+  std::vector<PetscInt> elements{20};
+  Numbers modulus{2.1e11};
+  Numbers density{7850.0};
+  double poisson_ratio = 0.3;
+  Theory theory = Theory::euler_bernoulli;
+  Numbers bending;
+  Numbers mass;
+  Numbers shear;
+  Numbers foundation{0.0};
+  group.reals("-beam_length", length, "m", petsc::positive(), "length of each segment");
+  const std::size_t count = length.size();
+  const char* per_segment = "one per segment of -beam_length";
+  group.integers("-beam_elements", elements, petsc::at_least(1), "elements of each segment");
+  group.reals("-beam_young_modulus", modulus, "Pa", petsc::positive(), "Young's modulus E");
+  group.reals("-beam_density", density, "kg/m^3", petsc::positive(), "density");
+  group.real("-beam_poisson_ratio", poisson_ratio, "-", petsc::between(0.0, 0.5),
+             "Poisson's ratio; enters the shear stiffness only");
+  group.choice<Theory>("-beam_theory", theory, kTheories, "bending alone, or bending and shear (kGA)");
+  const std::vector<Section> sections = read_sections(group, count, poisson_ratio);
+  const bool bending_given = group.reals("-beam_bending_stiffness", bending, "N m^2", petsc::positive(),
+                                         "EI; default from section and modulus");
+  const bool mass_given = group.reals("-beam_mass_per_length", mass, "kg/m", petsc::positive(),
+                                      "rhoA; default from section and density");
+  const bool shear_given = group.reals("-beam_shear_stiffness", shear, "N", petsc::positive(),
+                                       "kGA for -beam_theory timoshenko; default from section and modulus");
+  group.reals("-beam_foundation", foundation, "N/m^2", petsc::non_negative(),
+              "elastic foundation, force per length and displacement from the reference axis, both ways");
+  group.real("-beam_tension", beam.tension, "N", petsc::non_negative(), "axial tension");
+  beam.left = read_end(group, "left");
+  beam.right = read_end(group, "right");
+  Numbers point_position;
+  Numbers point_mass;
+  group.reals("-beam_point_mass_position", point_position, "m", petsc::non_negative(),
+              "where point masses sit: the nearest node");
+  group.reals("-beam_point_mass", point_mass, "kg", petsc::positive(), "point masses, one per position or one for all");
+  group.choice<Formulation>("-beam_formulation", formulation, kFormulations,
+                            "unknowns of the line: displacement and moment (mixed), or displacement and rotation (hermite), "
+                            "which loses its digits on fine meshes");
+
+  elements = petsc::one_per("-beam_elements", elements, count, per_segment);
+  modulus = petsc::one_per("-beam_young_modulus", modulus, count, per_segment);
+  density = petsc::one_per("-beam_density", density, count, per_segment);
+  foundation = petsc::one_per("-beam_foundation", foundation, count, per_segment);
+  bending = bending_given ? petsc::one_per("-beam_bending_stiffness", bending, count, per_segment) : Numbers{};
+  mass = mass_given ? petsc::one_per("-beam_mass_per_length", mass, count, per_segment) : Numbers{};
+  shear = shear_given ? petsc::one_per("-beam_shear_stiffness", shear, count, per_segment) : Numbers{};
+  if (shear_given && theory != Theory::timoshenko) {
+    throw InputError{"option -beam_shear_stiffness needs -beam_theory timoshenko"};
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const double shear_modulus = modulus[i] / (2.0 * (1.0 + poisson_ratio));
+    const double section_shear = sections[i].shear_coefficient * shear_modulus * sections[i].area;
+    beam.segments.push_back(
+        {.length = length[i],
+         .elements = elements[i],
+         .bending_stiffness = bending_given ? bending[i] : modulus[i] * sections[i].inertia,
+         .mass_per_length = mass_given ? mass[i] : density[i] * sections[i].area,
+         .shear_stiffness = theory == Theory::euler_bernoulli ? std::numeric_limits<double>::infinity()
+                            : shear_given                     ? shear[i]
+                                                              : section_shear,
+         .foundation_stiffness = foundation[i]});
+  }
+  if (!point_position.empty() || !point_mass.empty()) {
+    point_mass = petsc::one_per("-beam_point_mass", point_mass, point_position.size(),
+                                "one per -beam_point_mass_position");
+    for (std::size_t i = 0; i < point_position.size(); ++i) {
+      beam.point_masses.push_back({.position = point_position[i], .mass = point_mass[i]});
+    }
+  }
+  return beam;
+}
+
+FilterParameters read_filter(MPI_Comm comm) {
+  OptionGroup group{comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
+  FilterParameters filter;
+  const bool given = group.real("-filter_frequency", filter.filter_frequency, "rad/s", petsc::positive(),
+                                "filter frequency wf: all frequencies of the model fall below it; required");
+  group.integer("-filter_check_interval", filter.check_interval, petsc::non_negative(),
+                "every so many line solves the residual is checked; 0: never");
+  group.real("-filter_residual_tolerance", filter.residual_tolerance, "-", petsc::positive(),
+             "largest backward error of a line solve that passes the check");
+  if (!given && !petsc::Session::help_requested()) {
+    throw InputError{"option -filter_frequency is required: a number > 0 [rad/s]"};
+  }
+  return filter;
+}
+
+void read_initial(MPI_Comm comm, Case& input) {
+  OptionGroup group{comm, "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
+  input.initial.height = 1.0;
+  std::string shape;
+  Numbers load_position;
+  Strings load_table;
+  group.real("-gravity", input.gravity, "m/s^2", petsc::any(), "acceleration downward; acts on the line");
+  group.real("-initial_height", input.initial.height, "m", petsc::any(), "height of the axis at mid-length above y = 0");
+  group.real("-initial_slope", input.initial.slope, "-", petsc::any(), "slope of the axis");
+  group.real("-initial_velocity", input.initial.velocity, "m/s", petsc::any(), "velocity of all masses, up");
+  group.real("-initial_angular_velocity", input.initial.angular_velocity, "rad/s", petsc::any(),
+             "about mid-length, counter-clockwise");
+  group.string("-initial_shape", shape,
+               "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
+  group.reals("-load_position", load_position, "m", petsc::non_negative(), "where nodal forces act: the nearest node");
+  group.strings("-load_table", load_table,
+                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, constant outside");
+  if (!shape.empty()) {
+    const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
+    input.initial.shape.x = column(table, 0);
+    input.initial.shape.offset = column(table, 1);
+    if (table.columns > 2) {
+      input.initial.shape.velocity = column(table, 2);
+    }
+    if (std::ranges::adjacent_find(input.initial.shape.x, std::ranges::greater_equal{}) !=
+        input.initial.shape.x.end()) {
+      throw InputError{"option -initial_shape: '" + shape + "': the positions in column 1 must be strictly ascending [m]"};
+    }
+  }
+  if (!load_position.empty() || !load_table.empty()) {
+    load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
+    for (std::size_t i = 0; i < load_position.size(); ++i) {
+      const io::Table table = io::read_table(comm, "-load_table", load_table[i], 2);
+      input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
+    }
+  }
+}
+
+void read_contact(MPI_Comm comm, Case& input) {
+  OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
+  Numbers position;
+  Numbers width{0.0};
+  Numbers height{0.0};
+  Numbers restitution{1.0};
+  std::vector<SupportSide> side{SupportSide::below};
+  Weighting weighting = Weighting::inclusive;
+  bool floor = false;
+  double floor_height = 0.0;
+  group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
+  group.reals("-support_width", width, "m", petsc::non_negative(), "width along the beam; 0: the nearest node alone");
+  group.choice<Weighting>("-support_weighting", weighting, kWeightings,
+                          "inclusive: every node within the width, edges included, counts with its whole mass");
+  group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
+  group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
+  group.boolean("-floor", floor, "a rigid floor under the whole beam");
+  group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
+  group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
+              "restitution e in v+ = -e v-; one, or one per support (the floor after the last support)");
+  group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
+             "a mass whose next hop would stay lower than this rests on its support");
+  const std::size_t count = position.size();
+  if (count > 0) {
+    width = petsc::one_per("-support_width", width, count, "one per -support_position");
+    height = petsc::one_per("-support_height", height, count, "one per -support_position");
+    side = petsc::one_per("-support_side", side, count, "one per -support_position");
+  }
+  if (count + (floor ? 1 : 0) > 0) {
+    restitution = petsc::one_per("-contact_restitution", restitution, count + (floor ? 1 : 0),
+                                 "one per support, the floor included");
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    input.supports.push_back({.position = position[i],
+                              .width = width[i],
+                              .height = height[i],
+                              .restitution = restitution[i],
+                              .side = side[i]});
+  }
+  if (floor) {
+    input.supports.push_back(Support::floor(floor_height, restitution.back()));
+  }
+}
+
+void read_output(MPI_Comm comm, Case& input) {
+  OptionGroup group{comm, "Output and restart"};
+  double length = 0.0;
+  for (const BeamSegment& segment : input.beam.segments) {
+    length += segment.length;
+  }
+  group.reals("-gauge_position", input.gauges, "m", petsc::any(), "where gauges read: the nearest node");
+  group.string("-output_directory", input.output.directory, "folder for everything a run writes");
+  group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
+  group.real("-output_interval", input.output.interval, "s", petsc::positive(),
+             "simulated time between rows of gauges.csv and energy.csv");
+  group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
+             "simulated time between fields in results.h5; 0: none");
+  group.string("-restart_file", input.restart.file, "continue from this restart.h5");
+  group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
+             "simulated time between checkpoints; 0: only when the run ends or is stopped");
+  group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
+  for (const double gauge : input.gauges) {
+    if (!(gauge >= 0.0 && gauge <= length)) {
+      std::ostringstream message;
+      message << "option -gauge_position: " << gauge << " is not allowed, expected a number from 0 to " << length
+              << " [m], on the beam";
+      throw InputError{message.str()};
+    }
+  }
+}
+
+}  // namespace
+
+Case read_case(MPI_Comm comm) {
+  Case input;
+  Formulation formulation = Formulation::mixed;
+  input.beam = read_beam(comm, formulation);
+  input.filter = read_filter(comm);
+  input.filter.formulation = formulation;
+  read_initial(comm, input);
+  read_contact(comm, input);
+  read_output(comm, input);
+  return input;
+}
+
+}  // namespace udar::app

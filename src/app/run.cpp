@@ -1,0 +1,302 @@
+#include "udar/app/run.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "udar/app/case.hpp"
+#include "udar/app/view.hpp"
+#include "udar/filter/modes.hpp"
+#include "udar/io/checkpoint.hpp"
+#include "udar/io/run_directory.hpp"
+#include "udar/io/run_writers.hpp"
+#include "udar/io/summary.hpp"
+#include "udar/io/versions.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/options.hpp"
+#include "udar/petsc/session.hpp"
+
+namespace udar::app {
+namespace {
+
+volatile std::sig_atomic_t signal_received = 0;
+
+extern "C" void remember_signal(int number) {
+  signal_received = number;
+  std::signal(number, SIG_DFL);  // a second one ends the process at once
+}
+
+/// What tells a restart that it continues another beam.
+std::string fingerprint(const Case& input, const BeamChain& beam) {
+  std::ostringstream text;
+  text << "nodes " << beam.nodes() << " length " << beam.length() << " wf " << input.filter.filter_frequency
+       << " supports " << input.supports.size();
+  return text.str();
+}
+
+io::NodeRange node_range(const BeamChain& beam) {
+  return {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
+}
+
+io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
+  io::RunLayout layout;
+  layout.comm = beam.comm();
+  layout.elements = beam.elements();
+  layout.nodes = node_range(beam);
+  layout.filter_frequency = input.filter.filter_frequency;
+  layout.options_text = petsc::effective_options();
+  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+    layout.x.push_back(beam.position(node));
+  }
+  for (const double gauge : input.gauges) {
+    layout.gauge_node.push_back(beam.nearest_node(gauge));
+  }
+  layout.gauge_position = input.gauges;
+  for (const Support& support : input.supports) {
+    layout.supports.push_back({.position = support.position,
+                               .width = support.width,
+                               .height = support.height,
+                               .restitution = support.restitution,
+                               .side = static_cast<int>(support.side)});
+  }
+  return layout;
+}
+
+/// Writes restart.h5 at every multiple of the interval, at the end, and when somebody asks.
+class CheckpointWriter final : public Observer {
+ public:
+  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam)
+      : dynamics_{&dynamics},
+        beam_{&beam},
+        path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
+        interval_{input.restart.interval},
+        next_{interval_},
+        fingerprint_{fingerprint(input, beam)} {}
+
+  void step(const Progress& progress) override {
+    if (interval_ > 0.0 && progress.time >= next_) {
+      write();
+      while (next_ <= progress.time) {
+        next_ += interval_;
+      }
+    }
+  }
+  void finish() override { write(); }
+
+  void write() const {
+    const MotionState state = dynamics_->save();
+    io::Checkpoint checkpoint;
+    checkpoint.node_fields.assign(state.fields.begin(), state.fields.end());
+    checkpoint.scalars = state.scalars;
+    checkpoint.tables = state.tables;
+    checkpoint.case_fingerprint = fingerprint_;
+    io::write_checkpoint(beam_->comm(), node_range(*beam_), path_, checkpoint);
+  }
+
+ private:
+  const ImpactDynamics* dynamics_;
+  const BeamChain* beam_;
+  std::string path_;
+  double interval_;
+  double next_;
+  std::string fingerprint_;
+};
+
+void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
+  const io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
+  if (checkpoint.case_fingerprint != fingerprint(input, beam)) {
+    throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case (" +
+                     checkpoint.case_fingerprint + "; this case: " + fingerprint(input, beam) + ")"};
+  }
+  MotionState state;
+  state.fields.insert(checkpoint.node_fields.begin(), checkpoint.node_fields.end());
+  state.scalars = checkpoint.scalars;
+  state.tables = checkpoint.tables;
+  dynamics.restore(state);
+}
+
+io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics, double total_seconds) {
+  const BeamChain& beam = line.beam();
+  const RunCounts& counts = dynamics.counts();
+  int size = 1;
+  MPI_Comm_size(beam.comm(), &size);
+  io::Summary summary;
+  summary.completed = dynamics.completed();
+  summary.end_time = dynamics.time();
+  summary.elements = beam.elements();
+  summary.ranks = size;
+  summary.steps = counts.steps;
+  summary.rejected_steps = counts.rejected_steps;
+  summary.rhs_evaluations = counts.rhs_evaluations;
+  summary.line_solves = line.solves();
+  summary.impacts = counts.impacts;
+  summary.rests = counts.rests;
+  summary.releases = counts.releases;
+  if (counts.first_contact_time >= 0.0) {
+    summary.first_contact_time = counts.first_contact_time;
+    summary.last_contact_time = counts.last_contact_time;
+  }
+  if (!input.supports.empty()) {
+    const LineGap gap = dynamics.smallest_line_gap();
+    summary.min_line_gap = gap.gap;
+    summary.min_line_gap_x = gap.x;
+    summary.min_line_gap_time = gap.time;
+    summary.support_impulse = dynamics.support_impulses();
+  }
+  summary.energy_drift = dynamics.energy().drift();
+  summary.gauge_position = input.gauges;
+  for (const double gauge : input.gauges) {
+    summary.gauge_node_position.push_back(beam.position(beam.nearest_node(gauge)));
+  }
+  const petsc::LogEvents& events = petsc::log_events();
+  summary.wall_seconds = {{"total", total_seconds},
+                          {"assemble", petsc::event_totals(events.assemble).seconds},
+                          {"line_solve", petsc::event_totals(events.solve).seconds},
+                          {"contact", petsc::event_totals(events.contact).seconds},
+                          {"output", petsc::event_totals(events.output).seconds}};
+  PetscLogDouble memory = 0.0;
+  UDAR_CALL(PetscMemoryGetMaximumUsage(&memory));
+  double all_memory = memory;
+  MPI_Allreduce(MPI_IN_PLACE, &all_memory, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
+  summary.peak_memory_bytes = static_cast<std::uint64_t>(all_memory);
+  summary.versions = io::library_versions();
+  summary.extra = {{"repeated_steps", static_cast<double>(counts.repeated_steps)}};
+  return summary;
+}
+
+}  // namespace
+
+int run(MPI_Comm comm) {
+  const auto begin = std::chrono::steady_clock::now();
+  UDAR_CALL(PetscMemorySetGetMaximumUsage());
+  Case input = read_case(comm);
+  const bool help = petsc::Session::help_requested();
+  if (help && input.filter.filter_frequency == 0.0) {
+    input.filter.filter_frequency = 100.0;  // any: only the solvers' own help is wanted
+  }
+  const BeamChain beam{comm, input.beam};
+  FilteredLine line{beam, input.filter};
+  const Loads loads{beam, input.gravity, input.loads};
+  Equations equations{line, loads, input.initial};
+  ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
+  if (help) {
+    return 0;
+  }
+  const std::vector<Mode> modes = lowest_modes(line, input.view ? 6 : 1);
+  petsc::check_unknown_options(comm);
+  if (!input.restart.file.empty()) {
+    restore(dynamics, input, beam);
+  }
+  io::prepare_run_directory(comm, input.output.directory, input.output.overwrite, input.restart.file);
+
+  const SupportSprings springs = support_springs(line, input);
+  if (input.view) {
+    print_view(input, line, modes, springs);
+  }
+  print_warnings(input, line, modes, springs);
+
+  const io::RunLayout layout = make_layout(input, beam);
+  std::vector<std::unique_ptr<Observer>> observers =
+      io::make_run_writers(layout, input.output.directory, input.output.interval, input.output.field_interval);
+  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
+  const CheckpointWriter& checkpoint = *writer;
+  observers.push_back(std::move(writer));
+  observers.push_back(std::make_unique<ProgressLine>(comm));
+  for (const auto& observer : observers) {
+    dynamics.add_observer(*observer);
+  }
+  std::signal(SIGINT, remember_signal);
+  std::signal(SIGTERM, remember_signal);
+  dynamics.set_stop_request([] { return signal_received != 0; });
+
+  const auto summarise = [&] {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const io::Summary summary = make_summary(input, line, dynamics, seconds);
+    io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
+  };
+  try {
+    dynamics.solve();
+  } catch (const FileError&) {
+    throw;  // what is on the disk stays as it is
+  } catch (const std::exception&) {
+    for (const auto& observer : observers) {  // the last good step is kept, and everything before it
+      if (observer.get() != &checkpoint) {
+        observer->finish();
+      }
+    }
+    checkpoint.write();
+    summarise();
+    throw;
+  }
+  summarise();
+
+  int signal_number = signal_received;
+  MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, comm);
+  const RunCounts& counts = dynamics.counts();
+  UDAR_CALL(PetscPrintf(comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
+                        dynamics.completed() ? "finished" : "stopped", dynamics.time(),
+                        static_cast<long long>(counts.steps), static_cast<long long>(counts.impacts),
+                        static_cast<long long>(line.solves()), dynamics.energy().drift(),
+                        input.output.directory.c_str()));
+  if (!dynamics.completed()) {
+    UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
+                          input.output.directory.c_str()));
+    constexpr int kStoppedBySteps = 3;
+    return signal_number != 0 ? 128 + signal_number : kStoppedBySteps;
+  }
+  return 0;
+}
+
+int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm)) {
+  std::string failure;
+  int code = 0;
+  try {
+    const petsc::Session session{argc, argv, help};
+    MPI_Comm watch = MPI_COMM_NULL;
+    MPI_Comm_dup(PETSC_COMM_WORLD, &watch);
+    try {
+      code = program(PETSC_COMM_WORLD);
+    } catch (const std::exception& error) {
+      failure = error.what();
+      code = 1;
+    }
+    if (!failure.empty()) {
+      int rank = 0;
+      MPI_Comm_rank(watch, &rank);
+      // All ranks fail together, or this one is alone and the others wait for it in some collective: find out.
+      using namespace std::chrono_literals;
+      MPI_Request request = MPI_REQUEST_NULL;
+      MPI_Ibarrier(watch, &request);
+      int together = 0;
+      for (int wait = 0; wait < 100 && together == 0; ++wait) {
+        MPI_Test(&request, &together, MPI_STATUS_IGNORE);
+        std::this_thread::sleep_for(together != 0 ? 0ms : 20ms);
+      }
+      if (together == 0 || rank == 0) {
+        std::fprintf(stderr, "udar: error: %s%s\n", failure.c_str(),
+                     together == 0 ? (" (on rank " + std::to_string(rank) + " alone)").c_str() : "");
+        std::fflush(stderr);
+      }
+      if (together == 0) {
+        MPI_Abort(PETSC_COMM_WORLD, 1);
+      }
+    }
+    MPI_Comm_free(&watch);
+  } catch (const std::exception& error) {  // an options file that cannot be used: the same on every rank
+    if (petsc::Session::on_first_rank()) {
+      std::fprintf(stderr, "udar: error: %s\n", error.what());
+    }
+    code = 1;
+  }
+  return code;
+}
+
+}  // namespace udar::app

@@ -1,0 +1,169 @@
+#include "udar/app/view.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::app {
+namespace {
+
+// More distortion or sag than this is worth a warning.
+constexpr double kWarningShare = 0.1;
+
+const char* describe(const BeamEnd& end) {
+  if (end.held()) {
+    return end.moment_free() ? "pinned" : "clamped";
+  }
+  return end.translational_stiffness == 0.0 && end.moment_free() ? "free" : "spring";
+}
+
+}  // namespace
+
+SupportSprings support_springs(const FilteredLine& line, const Case& input) {
+  const BeamChain& beam = line.beam();
+  const double wf2 = line.filter_frequency() * line.filter_frequency();
+  const MassState masses = initial_masses(beam, input.initial);
+  double stiffness = 0.0;
+  double drop = std::numeric_limits<double>::infinity();
+  for (const ContactPoint& point : contact_points(beam, input.supports)) {
+    const auto node = static_cast<std::size_t>(point.local_node);
+    if (point.side > 0.0) {
+      stiffness += wf2 * line.mass()[node];
+      drop = std::min(drop, masses.position[node] - point.height);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &drop, 1, MPI_DOUBLE, MPI_MIN, beam.comm());
+  SupportSprings springs;
+  if (stiffness > 0.0) {
+    const double gravity = std::max(input.gravity, 0.0);
+    const double speed2 = input.initial.velocity * input.initial.velocity + 2.0 * gravity * drop;
+    const double resting = beam.total_mass() * gravity / stiffness;
+    springs = {.stiffness = stiffness,
+               .drop = drop,
+               .predicted_sag = resting + std::sqrt(resting * resting + speed2 * beam.total_mass() / stiffness)};
+  }
+  return springs;
+}
+
+void print_view(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+                const SupportSprings& springs) {
+  const BeamChain& beam = line.beam();
+  const MPI_Comm comm = beam.comm();
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  const auto elements = static_cast<long long>(beam.elements());
+  UDAR_CALL(PetscPrintf(comm, "beam: length %g m, %lld elements, mass %g kg, ends %s / %s, %s form, %d rank%s\n",
+                        beam.length(), elements, beam.total_mass(), describe(beam.parameters().left),
+                        describe(beam.parameters().right),
+                        line.parameters().formulation == Formulation::mixed ? "mixed" : "hermite", size,
+                        size > 1 ? "s" : ""));
+  for (std::size_t i = 0; i < beam.parameters().segments.size(); ++i) {
+    const BeamSegment& segment = beam.parameters().segments[i];
+    UDAR_CALL(PetscPrintf(comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n", i,
+                          segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness,
+                          segment.mass_per_length, segment.shear_stiffness, segment.foundation_stiffness));
+  }
+  UDAR_CALL(PetscPrintf(comm, "start: axis at %g m, slope %g, velocity %g m/s, angular velocity %g rad/s, gravity %g m/s^2\n",
+                        input.initial.height, input.initial.slope, input.initial.velocity,
+                        input.initial.angular_velocity, input.gravity));
+  UDAR_CALL(PetscPrintf(comm, "filter: wf %g rad/s, decay length %g m = %g elements, residual of the first solves %.1e\n",
+                        line.filter_frequency(), decay_length(beam, line.filter_frequency()),
+                        decay_length(beam, line.filter_frequency()) / beam.length() * static_cast<double>(elements),
+                        line.worst_residual()));
+  UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    UDAR_CALL(PetscPrintf(comm, "  %4zu %11.5g %18.5g %6.1f %%\n", i + 1, modes[i].frequency, modes[i].filtered,
+                          100.0 * modes[i].distortion()));
+  }
+  for (std::size_t i = 0; i < input.supports.size(); ++i) {
+    const Support& support = input.supports[i];
+    const auto [first, last] = touched_nodes(beam, support);
+    double mass = 0.0;
+    for (PetscInt node = std::max(first, beam.begin()); node <= std::min(last, beam.end() - 1); ++node) {
+      mass += line.mass()[static_cast<std::size_t>(node - beam.begin())];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, comm);
+    const double wf = line.filter_frequency();
+    UDAR_CALL(PetscPrintf(comm, "support %zu: x %g m, width %g m, height %g m, %s, e %g, nodes %lld to %lld, filter spring stiffness %g N/m\n",
+                          i, support.position, support.width, support.height,
+                          support.side == SupportSide::below ? "below" : "above", support.restitution,
+                          static_cast<long long>(first), static_cast<long long>(last), wf * wf * mass));
+  }
+  if (springs.stiffness > 0.0) {
+    UDAR_CALL(PetscPrintf(comm, "supports below: stiffness %g N/m, drop %g m, predicted sag of the line through them %g m\n",
+                          springs.stiffness, springs.drop, springs.predicted_sag));
+  }
+  for (const double gauge : input.gauges) {
+    const PetscInt node = beam.nearest_node(gauge);
+    UDAR_CALL(PetscPrintf(comm, "gauge: asked x %g m, node %lld at x %g m\n", gauge, static_cast<long long>(node),
+                          beam.position(node)));
+  }
+  UDAR_CALL(PetscPrintf(comm, "output: %s, every %g s, fields every %g s\n", input.output.directory.c_str(),
+                        input.output.interval, input.output.field_interval));
+}
+
+void print_warnings(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+                    const SupportSprings& springs) {
+  const MPI_Comm comm = line.beam().comm();
+  if (!modes.empty() && modes.front().distortion() < -kWarningShare) {
+    UDAR_CALL(PetscFPrintf(comm, stderr,
+                           "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
+                           "the curves are qualitative. -filter_frequency %.3g would keep it to 1 %%\n",
+                           modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
+                           7.02 * modes.front().frequency));
+  }
+  if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
+    UDAR_CALL(PetscFPrintf(comm, stderr,
+                           "udar: warning: the line is predicted to sink %.3g m through its supports (drop %.3g m, "
+                           "support stiffness %.3g N/m)%s\n",
+                           springs.predicted_sag, springs.drop, springs.stiffness,
+                           std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
+                               ? "; under point supports this grows without limit on finer meshes: give -support_width"
+                               : ""));
+  }
+}
+
+ProgressLine::ProgressLine(MPI_Comm comm) : visible_{false}, begin_{Clock::now()}, last_{begin_} {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  visible_ = rank == 0 && isatty(STDOUT_FILENO) != 0;
+}
+
+void ProgressLine::step(const Progress& progress) {
+  if (!visible_) {
+    return;
+  }
+  using namespace std::chrono_literals;
+  const Clock::time_point now = Clock::now();
+  if (first_time_ < 0.0) {
+    first_time_ = progress.time;
+    begin_ = now;
+  }
+  if (now - last_ < 200ms) {
+    return;
+  }
+  last_ = now;
+  printed_ = true;
+  const double done = progress.time - first_time_;
+  const double elapsed = std::chrono::duration<double>(now - begin_).count();
+  const double left = done > 0.0 ? elapsed * (progress.end_time - progress.time) / done : 0.0;
+  std::printf("\r t %.5g / %.5g s  step %lld  impacts %lld  resting %lld  energy drift %+.1e  left %.0f s \033[K", progress.time,
+              progress.end_time, static_cast<long long>(progress.steps), static_cast<long long>(progress.impacts),
+              static_cast<long long>(progress.resting), progress.energy_drift, left);
+  std::fflush(stdout);
+}
+
+void ProgressLine::finish() {
+  if (printed_) {
+    std::printf("\n");
+    std::fflush(stdout);
+    printed_ = false;
+  }
+}
+
+}  // namespace udar::app

@@ -1,0 +1,113 @@
+#include "udar/filter/modes.hpp"
+
+#include <slepceps.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+using EigenSolver = petsc::Handle<EPS, EPSDestroy>;
+
+/// The symmetric operator -M^(1/2) d(M^(-1/2) x): its eigenvalues are w^2 / (wf^2 + w^2).
+struct FilterOperator {
+  FilteredLine* line;
+  std::vector<double> displacement;
+  std::vector<double> no_force;
+  std::vector<double> stretch;
+  std::vector<double> moment;
+  std::exception_ptr failure;
+
+  explicit FilterOperator(FilteredLine& filtered) : line{&filtered} {
+    const std::size_t count = filtered.mass().size();
+    displacement.resize(count);
+    no_force.assign(count, 0.0);
+    stretch.resize(count);
+    moment.resize(count);
+  }
+  void apply(const double* x, double* y) {
+    const auto mass = line->mass();
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      displacement[i] = x[i] / std::sqrt(mass[i]);
+    }
+    line->solve(displacement, no_force, stretch, moment);
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      y[i] = -stretch[i] * std::sqrt(mass[i]);
+    }
+  }
+};
+
+PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
+  PetscFunctionBeginUser;
+  FilterOperator* context = nullptr;
+  const double* from = nullptr;
+  double* to = nullptr;
+  PetscCall(MatShellGetContext(matrix, static_cast<void*>(&context)));
+  PetscCall(VecGetArrayRead(x, &from));
+  PetscCall(VecGetArray(y, &to));
+  try {
+    context->apply(from, to);
+  } catch (...) {
+    context->failure = std::current_exception();
+    PetscFunctionReturn(PETSC_ERR_USER);
+  }
+  PetscCall(VecRestoreArray(y, &to));
+  PetscCall(VecRestoreArrayRead(x, &from));
+  PetscFunctionReturn(0);
+}
+
+}  // namespace
+
+std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
+  constexpr PetscInt kRigidModes = 2;
+  // A mode this slow compared with wf is a rigid motion seen through round-off.
+  constexpr double kRigid = 1e-12;
+  const BeamChain& beam = line.beam();
+  FilterOperator context{line};
+  petsc::Matrix shell;
+  UDAR_CALL(MatCreateShell(beam.comm(), beam.local_nodes(), beam.local_nodes(), beam.nodes(), beam.nodes(), &context,
+                           shell.put()));
+  UDAR_CALL(MatShellSetOperation(shell, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  EigenSolver solver;
+  UDAR_CALL(EPSCreate(beam.comm(), solver.put()));
+  UDAR_CALL(EPSSetOptionsPrefix(solver, "filter_"));
+  UDAR_CALL(EPSSetOperators(solver, shell, nullptr));
+  UDAR_CALL(EPSSetProblemType(solver, EPS_HEP));
+  UDAR_CALL(EPSSetWhichEigenpairs(solver, EPS_SMALLEST_REAL));
+  UDAR_CALL(EPSSetDimensions(solver, std::min(count + kRigidModes, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetTolerances(solver, 1e-10, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetFromOptions(solver));
+  const PetscErrorCode code = EPSSolve(solver);
+  if (context.failure) {
+    std::rethrow_exception(std::exchange(context.failure, nullptr));
+  }
+  UDAR_CALL(code);
+
+  PetscInt converged = 0;
+  UDAR_CALL(EPSGetConverged(solver, &converged));
+  const double wf = line.filter_frequency();
+  std::vector<Mode> modes;
+  for (PetscInt i = 0; i < converged && static_cast<PetscInt>(modes.size()) < count; ++i) {
+    double share = 0.0;  // w^2 / (wf^2 + w^2)
+    UDAR_CALL(EPSGetEigenvalue(solver, i, &share, nullptr));
+    if (share > kRigid && share < 1.0) {
+      modes.push_back({.frequency = wf * std::sqrt(share / (1.0 - share)), .filtered = wf * std::sqrt(share)});
+    }
+  }
+  return modes;
+}
+
+double decay_length(const BeamChain& beam, double filter_frequency) {
+  double longest = 0.0;
+  for (const BeamSegment& segment : beam.parameters().segments) {
+    longest = std::max(longest, 4.0 * segment.bending_stiffness / segment.mass_per_length);
+  }
+  return std::pow(longest / (filter_frequency * filter_frequency), 0.25);
+}
+
+}  // namespace udar

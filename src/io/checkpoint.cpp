@@ -1,0 +1,130 @@
+#include "udar/io/checkpoint.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+#include "io/text_file.hpp"
+#include "udar/io/hdf5_file.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+constexpr const char* kFormat = "udar checkpoint";
+constexpr std::int64_t kFormatVersion = 1;
+
+/// Sum over all nodes, modulo 2^64, of the bits of each value times an odd number of its node: the same on any number
+/// of ranks, and different if a value, or the place of one, is.
+std::uint64_t checksum(MPI_Comm comm, const NodeRange& nodes, const std::vector<double>& values) {
+  std::uint64_t sum = 0;
+  auto weight = 2 * static_cast<std::uint64_t>(nodes.begin) + 1;
+  for (const double value : values) {
+    // A value of zero counts too.
+    sum += (std::bit_cast<std::uint64_t>(value) + 1) * weight;
+    weight += 2;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_UINT64_T, MPI_SUM, comm);
+  return sum;
+}
+
+/// Brings a file, or the entries of a folder, to the disk; returns errno, 0 if all went well.
+int sync_path(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) {
+    return errno;
+  }
+  const int error = fsync(descriptor) == 0 || errno == EINVAL ? 0 : errno;  // EINVAL: nothing to wait for
+  close(descriptor);
+  return error;
+}
+
+/// Puts the finished file in the place of the older one; returns errno, 0 if all went well.
+int replace(const std::string& finished, const std::string& path) {
+  if (const int error = sync_path(finished); error != 0) {
+    return error;
+  }
+  if (std::rename(finished.c_str(), path.c_str()) != 0) {
+    return errno;
+  }
+  const std::string folder = std::filesystem::path{path}.parent_path().string();
+  return sync_path(folder.empty() ? "." : folder);
+}
+
+void write_content(Hdf5File& file, MPI_Comm comm, const NodeRange& nodes, const Checkpoint& checkpoint) {
+  file.add_attribute("/", "format", std::string{kFormat});
+  file.add_attribute("/", "format_version", kFormatVersion);
+  file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
+  file.add_attribute("/", "case_fingerprint", checkpoint.case_fingerprint);
+  file.add_group("/scalars");
+  for (const auto& [name, value] : checkpoint.scalars) {
+    file.add_attribute("/scalars", name, value);
+  }
+  file.add_group("/tables");
+  for (const auto& [name, values] : checkpoint.tables) {
+    file.add_small("/tables/" + name, values);
+  }
+  file.add_group("/node_fields");
+  file.reserve(checkpoint.node_fields.size() * static_cast<std::uint64_t>(nodes.total) * sizeof(double));
+  for (const auto& [name, values] : checkpoint.node_fields) {
+    const std::string path = "/node_fields/" + name;
+    file.add_node_values(path, nodes, values);
+    file.add_attribute(path, "checksum", checksum(comm, nodes, values));
+  }
+  file.close();
+}
+
+}  // namespace
+
+void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path, const Checkpoint& checkpoint) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const std::string unfinished = path + ".tmp";
+  try {
+    Hdf5File file{comm, unfinished, Hdf5File::Access::kCreate};
+    write_content(file, comm, nodes, checkpoint);
+  } catch (const FileError&) {
+    if (rank == 0) {
+      unlink(unfinished.c_str());
+    }
+    throw;
+  }
+  const int error = rank == 0 ? replace(unfinished, path) : 0;
+  throw_together<FileError>(comm, error != 0 ? cannot_write(path, std::generic_category().message(error)) : "");
+}
+
+Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path) {
+  Hdf5File file{comm, path, Hdf5File::Access::kRead, "-restart_file"};
+  file.agree(file.has("/", "format") && file.read_text("/", "format") == kFormat, "not a checkpoint of udar");
+  const std::int64_t version = file.read_int("/", "format_version");
+  file.agree(version == kFormatVersion, "a checkpoint of format " + std::to_string(version) + ", known here is " +
+                                            std::to_string(kFormatVersion));
+  const std::int64_t total = file.read_int("/", "nodes");
+  file.agree(total == nodes.total, "a checkpoint of " + std::to_string(total) + " nodes, this run has " +
+                                       std::to_string(nodes.total));
+
+  Checkpoint checkpoint;
+  checkpoint.case_fingerprint = file.read_text("/", "case_fingerprint");
+  for (const std::string& name : file.attribute_names("/scalars")) {
+    checkpoint.scalars[name] = file.read_double("/scalars", name);
+  }
+  for (const std::string& name : file.dataset_names("/tables")) {
+    checkpoint.tables[name] = file.read_small("/tables/" + name);
+  }
+  for (const std::string& name : file.dataset_names("/node_fields")) {
+    const std::string field = "/node_fields/" + name;
+    std::vector<double> values = file.read_node_values(field, nodes);
+    file.agree(checksum(comm, nodes, values) == file.read_uint(field, "checksum"), name + " is damaged");
+    checkpoint.node_fields.emplace_back(name, std::move(values));
+  }
+  file.close();
+  return checkpoint;
+}
+
+}  // namespace udar::io

@@ -1,0 +1,89 @@
+#include "udar/io/csv.hpp"
+
+#include <cstdint>
+
+#include "io/text_file.hpp"
+
+namespace udar::io {
+namespace {
+
+void append_field(std::string& text, double value) {
+  text += ',';
+  append_number(text, value);
+}
+
+void append_field(std::string& text, PetscInt value) {
+  text += ',';
+  append_number(text, static_cast<std::int64_t>(value));
+}
+
+/// A row: its time, then the other columns.
+template <class... Fields>
+void append_row(std::string& text, double time, Fields... fields) {
+  append_number(text, time);
+  (append_field(text, fields), ...);
+  text += '\n';
+}
+
+}  // namespace
+
+std::string gauge_header(std::size_t gauges) {
+  std::string text = "time";
+  for (std::size_t i = 0; i < gauges; ++i) {
+    const std::string number = std::to_string(i);
+    text += ",mass_" + number + ",velocity_" + number + ",line_" + number;
+  }
+  return text + '\n';
+}
+
+std::string gauge_rows(std::span<const double> times, std::span<const double> values) {
+  std::string text;
+  const std::size_t columns = times.empty() ? 0 : values.size() / times.size();
+  for (std::size_t row = 0; row < times.size(); ++row) {
+    append_number(text, times[row]);
+    for (const double value : values.subspan(row * columns, columns)) {
+      append_field(text, value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string energy_header() {
+  return "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift\n";
+}
+
+std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows) {
+  std::string text;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const EnergyLedger& row = rows[i];
+    append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential, row.load_work,
+               row.lost_in_impacts, row.total(), row.drift());
+  }
+  return text;
+}
+
+std::string impact_header() { return "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss\n"; }
+
+std::string impact_rows(std::span<const ImpactRecord> rows) {
+  std::string text;
+  for (const ImpactRecord& row : rows) {
+    append_row(text, row.time, row.node, row.x, row.support, row.velocity_before, row.velocity_after, row.impulse,
+               row.energy_loss);
+  }
+  return text;
+}
+
+std::string rest_header() { return "time,node,x,support,event\n"; }
+
+std::string rest_rows(std::span<const RestRecord> rows) {
+  std::string text;
+  for (const RestRecord& row : rows) {
+    append_row(text, row.time, row.node, row.x, row.support);
+    text.back() = ',';
+    text += row.release ? "release\n" : "rest\n";
+  }
+  return text;
+}
+
+}  // namespace udar::io

@@ -1,0 +1,561 @@
+#include "udar/io/hdf5_file.hpp"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+/// Size of a chunk of a dataset that grows: what one request to a parallel file system should at least carry.
+constexpr hsize_t kChunkBytes = hsize_t{1} << 20;
+/// At most so many rows of a short beam share a chunk, or a short run would be mostly empty space.
+constexpr hsize_t kChunkRowsMax = 64;
+/// Records in a chunk: some 64 KiB.
+constexpr hsize_t kChunkRecords = 1024;
+/// Space an index entry of a chunk takes at most, half-filled tree nodes and their parents included.
+constexpr hsize_t kIndexBytesPerChunk = 256;
+/// Space for whatever HDF5 adds by itself to a single write or a close: tree nodes, object headers, the superblock.
+constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
+/// HDF5 keeps attributes below 64 KiB.
+constexpr std::size_t kAttributeBytesMax = 60000;
+/// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
+constexpr std::chrono::seconds kPatience{60};
+
+/// HDF5 started after MPI would flush and close, inside MPI_Finalize, a file given up after an error, and so fail, hang
+/// or crash once more. Started before MPI, and kept from doing it at exit, it leaves such a file alone.
+[[maybe_unused]] const bool kStartedBeforeMpi = [] {
+  H5dont_atexit();
+  return H5open() >= 0;
+}();
+
+std::string system_reason(int error) { return std::generic_category().message(error); }
+
+herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
+  if (position == 0 && error->desc != nullptr) {
+    *static_cast<std::string*>(text) = error->desc;
+  }
+  return 0;
+}
+
+bool disk_is_full(const std::string& path) {
+  struct statvfs disk {};
+  return statvfs(path.c_str(), &disk) == 0 && static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < kMetadataBytes;
+}
+
+/// What HDF5 says about its last call; it does not pass on the system's reason, but a full disk can be seen.
+std::string hdf5_reason(const std::string& path) {
+  std::string text;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &text);
+  text = text.empty() ? "an HDF5 call failed" : "HDF5: " + text;
+  return disk_is_full(path) ? system_reason(ENOSPC) + " (" + text + ")" : text;
+}
+
+/// Reserves `[begin, begin + bytes)` of a file without changing its size; returns errno, 0 if all went well.
+int reserve_space(int descriptor, std::uint64_t begin, std::uint64_t bytes) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY && begin + bytes > limit.rlim_cur) {
+    return EFBIG;
+  }
+#ifdef FALLOC_FL_KEEP_SIZE
+  int result = -1;
+  do {
+    result = fallocate(descriptor, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(begin), static_cast<off_t>(bytes));
+  } while (result != 0 && errno == EINTR);
+  if (result == 0) {
+    return 0;
+  }
+  if (errno != EOPNOTSUPP && errno != ENOSYS) {
+    return errno;
+  }
+#endif
+  struct statvfs disk {};
+  const bool full = fstatvfs(descriptor, &disk) == 0 &&
+                    static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < bytes;
+  return full ? ENOSPC : 0;
+}
+
+/// Returns when all ranks take part in `request`; ends the program if they do not.
+void wait_for_others(MPI_Comm comm, MPI_Request* request, const std::string& text) {
+  const auto start = std::chrono::steady_clock::now();
+  int arrived = 0;
+  for (MPI_Test(request, &arrived, MPI_STATUS_IGNORE); arrived == 0; MPI_Test(request, &arrived, MPI_STATUS_IGNORE)) {
+    if (std::chrono::steady_clock::now() - start > kPatience) {
+      std::fprintf(stderr, "udar: %s\n", text.c_str());
+      MPI_Abort(comm, 1);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+}
+
+Hdf5Id text_type(std::size_t length) {
+  Hdf5Id type{H5Tcopy(H5T_C_S1), H5Tclose};
+  H5Tset_size(type, std::max<std::size_t>(length, 1));
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+
+hsize_t count_of(PetscInt value) { return static_cast<hsize_t>(value); }
+
+}  // namespace
+
+Hdf5Id& Hdf5Id::operator=(Hdf5Id&& other) noexcept {
+  if (this != &other) {
+    reset();
+    id_ = other.release();
+    close_ = other.close_;
+  }
+  return *this;
+}
+
+hid_t Hdf5Id::release() noexcept { return std::exchange(id_, H5I_INVALID_HID); }
+
+void Hdf5Id::reset() noexcept {
+  if (id_ >= 0) {
+    close_(id_);
+  }
+  id_ = H5I_INVALID_HID;
+}
+
+Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string option)
+    : comm_{comm},
+      path_{std::move(path)},
+      option_{std::move(option)},
+      access_{access},
+      exceptions_{std::uncaught_exceptions()} {
+  MPI_Comm_rank(comm_, &rank_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  try {
+    if (access_ == Access::kCreate) {
+      create();
+    } else {
+      open();
+    }
+  } catch (...) {
+    abandon();
+    throw;
+  }
+}
+
+Hdf5File::~Hdf5File() {
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (!failed_ && finalized == 0 && std::uncaught_exceptions() == exceptions_) {
+    try {
+      close();
+      return;
+    } catch (const FileError&) {
+      // Whoever wants to know calls close() or flush() before.
+    }
+  }
+  abandon();
+}
+
+void Hdf5File::abandon() noexcept {
+  for (auto& [name, data] : growing_) {
+    data.id.release();
+    data.type.release();
+  }
+  file_.release();
+  transfer_.release();
+  if (descriptor_ >= 0) {
+    ::close(std::exchange(descriptor_, -1));
+  }
+}
+
+std::string Hdf5File::message(const std::string& reason) const {
+  return "option " + option_ + (access_ == Access::kCreate ? ": cannot write '" : ": cannot read '") + path_ + "': " +
+         reason;
+}
+
+void Hdf5File::agree(bool ok, const std::string& reason) {
+  std::string text;
+  int flag = 0;
+  if (!ok) {
+    text = message(reason.empty() ? hdf5_reason(path_) : reason);
+    flag = reason.empty() ? 2 : 1;
+  }
+  int flags = 0;
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Iallreduce(&flag, &flags, 1, MPI_INT, MPI_BOR, comm_, &request);
+  if (!ok) {
+    wait_for_others(comm_, &request, text);
+  }
+  MPI_Wait(&request, MPI_STATUS_IGNORE);
+  if (flags != 0) {
+    failed_ = failed_ || (flags & 2) != 0;
+    throw_together<FileError>(comm_, text);
+  }
+}
+
+void Hdf5File::create() {
+  // The system's own call first: it tells why there can be no such file.
+  if (rank_ == 0) {
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  }
+  agree(rank_ != 0 || descriptor_ >= 0, system_reason(errno));
+  const int full = rank_ == 0 ? reserve_space(descriptor_, 0, kMetadataBytes) : 0;
+  agree(full == 0, system_reason(full));
+
+  const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
+  bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
+  ok = ok && H5Pset_coll_metadata_write(access, true) >= 0;
+  ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
+  transfer_ = Hdf5Id{H5Pcreate(H5P_DATASET_XFER), H5Pclose};
+  ok = ok && H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE) >= 0;
+  agree(ok);
+  file_ = Hdf5Id{H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
+  agree(file_.valid());
+}
+
+void Hdf5File::open() {
+  std::string reason;
+  if (rank_ == 0) {
+    const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) {
+      reason = system_reason(errno);
+    } else {
+      ::close(descriptor);
+      if (H5Fis_hdf5(path_.c_str()) <= 0) {
+        reason = "not an HDF5 file";
+      }
+    }
+  }
+  agree(reason.empty(), reason);
+
+  const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
+  bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
+  ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
+  transfer_ = Hdf5Id{H5Pcreate(H5P_DATASET_XFER), H5Pclose};
+  ok = ok && H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE) >= 0;
+  agree(ok);
+  file_ = Hdf5Id{H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
+  agree(file_.valid());
+}
+
+void Hdf5File::reserve(std::uint64_t bytes) {
+  if (failed_) {
+    throw FileError{message("given up after an earlier error")};
+  }
+  hsize_t end = 0;
+  const bool known = H5Fget_filesize(file_, &end) >= 0;
+  int error = 0;
+  if (known && rank_ == 0) {
+    error = reserve_space(descriptor_, end, bytes + kMetadataBytes);
+    reserved_end_ = end + bytes + kMetadataBytes;
+  }
+  agree(known && error == 0, error != 0 ? system_reason(error) : "");
+}
+
+void Hdf5File::flush() {
+  reserve(0);
+  agree(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
+#ifndef NDEBUG
+  hsize_t end = 0;
+  H5Fget_filesize(file_, &end);
+  assert(rank_ != 0 || end <= reserved_end_);  // else a bound of `growth` is too low
+#endif
+}
+
+void Hdf5File::close() {
+  if (!file_.valid()) {
+    return;
+  }
+  hsize_t end = 0;
+  if (access_ == Access::kCreate) {
+    flush();
+    H5Fget_filesize(file_, &end);
+  }
+  growing_.clear();
+  transfer_.reset();
+  agree(H5Fclose(file_.release()) >= 0);
+  if (descriptor_ >= 0) {
+    // Gives back what was reserved behind the end.
+    const bool ok = ftruncate(descriptor_, static_cast<off_t>(end)) == 0;
+    const int error = errno;
+    ::close(std::exchange(descriptor_, -1));
+    agree(ok, system_reason(error));
+  } else {
+    agree(true);
+  }
+}
+
+// Writing
+
+void Hdf5File::add_group(const std::string& name) {
+  reserve(0);
+  const Hdf5Id creation{H5Pcreate(H5P_GROUP_CREATE), H5Pclose};
+  agree(H5Pset_link_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED) >= 0);
+  const Hdf5Id group{H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose};
+  agree(group.valid());
+}
+
+void Hdf5File::add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value) {
+  reserve(kMetadataBytes);
+  const Hdf5Id space{H5Screate(H5S_SCALAR), H5Sclose};
+  const Hdf5Id attribute{
+      H5Acreate_by_name(file_, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose};
+  agree(attribute.valid());
+  agree(H5Awrite(attribute, type, value) >= 0);
+}
+
+void Hdf5File::add_attribute(const std::string& object, const std::string& name, const std::string& value) {
+  std::string text = value.substr(0, kAttributeBytesMax);
+  text.resize(std::max<std::size_t>(text.size(), 1), '\0');
+  add_attribute_of(object, name, text_type(text.size()), text.data());
+}
+
+void Hdf5File::add_attribute(const std::string& object, const std::string& name, double value) {
+  add_attribute_of(object, name, H5T_NATIVE_DOUBLE, &value);
+}
+
+void Hdf5File::add_attribute(const std::string& object, const std::string& name, std::int64_t value) {
+  add_attribute_of(object, name, H5T_NATIVE_INT64, &value);
+}
+
+void Hdf5File::add_attribute(const std::string& object, const std::string& name, std::uint64_t value) {
+  add_attribute_of(object, name, H5T_NATIVE_UINT64, &value);
+}
+
+void Hdf5File::add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
+                           const void* values) {
+  reserve(total * H5Tget_size(type));
+  const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
+  const Hdf5Id space{H5Screate_simple(1, &total, nullptr), H5Sclose};
+  const hsize_t memory = std::max<hsize_t>(count, 1);
+  const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};
+  bool ok = H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) >= 0;
+  if (count > 0) {
+    ok = ok && H5Sselect_hyperslab(space, H5S_SELECT_SET, &begin, nullptr, &count, nullptr) >= 0;
+  } else {
+    ok = ok && H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0;
+  }
+  agree(ok);
+  const Hdf5Id data{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
+  agree(data.valid());
+  if (total > 0) {
+    agree(H5Dwrite(data, type, memory_space, space, transfer_, values) >= 0);
+  }
+}
+
+void Hdf5File::add_small(const std::string& name, std::span<const double> values) {
+  add_dataset(name, H5T_NATIVE_DOUBLE, values.size(), 0, rank_ == 0 ? values.size() : 0, values.data());
+}
+
+void Hdf5File::add_small(const std::string& name, std::span<const std::int64_t> values) {
+  add_dataset(name, H5T_NATIVE_INT64, values.size(), 0, rank_ == 0 ? values.size() : 0, values.data());
+}
+
+void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values) {
+  assert(values.size() == count_of(nodes.count()));
+  add_dataset(name, H5T_NATIVE_DOUBLE, count_of(nodes.total), count_of(nodes.begin), values.size(), values.data());
+}
+
+void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values) {
+  assert(values.size() == count_of(nodes.count()));
+  add_dataset(name, H5T_NATIVE_INT64, count_of(nodes.total), count_of(nodes.begin), values.size(), values.data());
+}
+
+void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes) {
+  add_growing(name, type, count_of(nodes));
+}
+
+void Hdf5File::add_records(const std::string& name, hid_t type) { add_growing(name, type, 0); }
+
+void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns) {
+  Growing data;
+  data.type = Hdf5Id{H5Tcopy(type), H5Tclose};
+  data.size = H5Tget_size(type);
+  data.columns = columns;
+  hsize_t chunk_columns = 1;
+  if (columns == 0) {
+    data.chunks = 1;
+    data.chunk_rows = kChunkRecords;
+  } else {
+    data.chunks = (columns * data.size + kChunkBytes - 1) / kChunkBytes;
+    chunk_columns = (columns + data.chunks - 1) / data.chunks;
+    data.chunk_rows = std::clamp<hsize_t>(kChunkBytes / (chunk_columns * data.size), 1, kChunkRowsMax);
+    data.chunks = (columns + chunk_columns - 1) / chunk_columns;
+  }
+  data.chunk_bytes = data.chunk_rows * chunk_columns * data.size;
+
+  reserve(0);
+  const int rank = columns == 0 ? 1 : 2;
+  const std::array<hsize_t, 2> extent{0, columns};
+  const std::array<hsize_t, 2> most{H5S_UNLIMITED, columns};
+  const std::array<hsize_t, 2> chunk{data.chunk_rows, chunk_columns};
+  const Hdf5Id space{H5Screate_simple(rank, extent.data(), most.data()), H5Sclose};
+  const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
+  // Every value in the extent is written, so none needs filling.
+  agree(space.valid() && H5Pset_chunk(creation, rank, chunk.data()) >= 0 &&
+        H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) >= 0);
+  data.id =
+      Hdf5Id{H5Dcreate2(file_, name.c_str(), data.type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
+  agree(data.id.valid());
+  growing_.insert_or_assign(name, std::move(data));
+}
+
+std::uint64_t Hdf5File::growth(const std::string& name, std::size_t rows) const {
+  const Growing& data = growing_.at(name);
+  const hsize_t before = (data.rows + data.chunk_rows - 1) / data.chunk_rows;
+  const hsize_t after = (data.rows + rows + data.chunk_rows - 1) / data.chunk_rows;
+  return (after - before) * data.chunks * (data.chunk_bytes + kIndexBytesPerChunk);
+}
+
+void Hdf5File::extend(Growing& data, hsize_t rows) {
+  const std::array<hsize_t, 2> extent{data.rows + rows, data.columns};
+  agree(H5Dset_extent(data.id, extent.data()) >= 0);
+}
+
+void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns,
+                           const void* values) {
+  const std::array<hsize_t, 2> start{row, column};
+  const std::array<hsize_t, 2> count{rows, columns};
+  const hsize_t total = rows * columns;
+  const hsize_t memory = std::max<hsize_t>(total, 1);
+  const Hdf5Id space{H5Dget_space(data.id), H5Sclose};
+  const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};
+  if (total > 0) {
+    agree(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0);
+  } else {
+    agree(H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0);
+  }
+  agree(H5Dwrite(data.id, data.type, memory_space, space, transfer_, values) >= 0);
+}
+
+void Hdf5File::append_row(const std::string& name, const NodeRange& nodes, const void* values) {
+  Growing& data = growing_.at(name);
+  reserve(growth(name));
+  extend(data, 1);
+  write_block(data, data.rows, 1, count_of(nodes.begin), count_of(nodes.count()), values);
+  data.rows += 1;
+}
+
+void Hdf5File::append_records(const std::string& name, const void* records, std::size_t count) {
+  if (count == 0) {
+    return;
+  }
+  Growing& data = growing_.at(name);
+  reserve(growth(name, count));
+  extend(data, count);
+  write_block(data, data.rows, rank_ == 0 ? count : 0, 0, 1, records);
+  data.rows += count;
+}
+
+// Reading
+
+bool Hdf5File::has(const std::string& object, const std::string& attribute) {
+  const bool object_exists = object == "/" || H5Lexists(file_, object.c_str(), H5P_DEFAULT) > 0;
+  return object_exists && H5Aexists_by_name(file_, object.c_str(), attribute.c_str(), H5P_DEFAULT) > 0;
+}
+
+void Hdf5File::read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value) {
+  agree(has(object, name), object + " has no attribute " + name);
+  const Hdf5Id attribute{H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose};
+  agree(attribute.valid());
+  const Hdf5Id space{H5Aget_space(attribute), H5Sclose};
+  agree(H5Sget_simple_extent_npoints(space) == 1, "attribute " + name + " of " + object + " is not a single value");
+  agree(H5Aread(attribute, type, value) >= 0);
+}
+
+std::string Hdf5File::read_text(const std::string& object, const std::string& name) {
+  std::string text(kAttributeBytesMax, '\0');
+  read_attribute_of(object, name, text_type(text.size()), text.data());
+  text.resize(std::min(text.find('\0'), text.size()));
+  return text;
+}
+
+double Hdf5File::read_double(const std::string& object, const std::string& name) {
+  double value = 0.0;
+  read_attribute_of(object, name, H5T_NATIVE_DOUBLE, &value);
+  return value;
+}
+
+std::int64_t Hdf5File::read_int(const std::string& object, const std::string& name) {
+  std::int64_t value = 0;
+  read_attribute_of(object, name, H5T_NATIVE_INT64, &value);
+  return value;
+}
+
+std::uint64_t Hdf5File::read_uint(const std::string& object, const std::string& name) {
+  std::uint64_t value = 0;
+  read_attribute_of(object, name, H5T_NATIVE_UINT64, &value);
+  return value;
+}
+
+std::vector<std::string> Hdf5File::attribute_names(const std::string& object) {
+  agree(H5Lexists(file_, object.c_str(), H5P_DEFAULT) > 0, "there is no " + object);
+  std::vector<std::string> names;
+  const auto collect = [](hid_t, const char* name, const H5A_info_t*, void* list) -> herr_t {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  agree(H5Aiterate_by_name(file_, object.c_str(), H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names, H5P_DEFAULT) >=
+        0);
+  return names;
+}
+
+std::vector<std::string> Hdf5File::dataset_names(const std::string& group) {
+  agree(H5Lexists(file_, group.c_str(), H5P_DEFAULT) > 0, "there is no " + group);
+  std::vector<std::string> names;
+  const auto collect = [](hid_t, const char* name, const H5L_info_t*, void* list) -> herr_t {
+    static_cast<std::vector<std::string>*>(list)->emplace_back(name);
+    return 0;
+  };
+  agree(H5Literate_by_name(file_, group.c_str(), H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, collect, &names,
+                           H5P_DEFAULT) >= 0);
+  return names;
+}
+
+std::vector<double> Hdf5File::read_small(const std::string& name) {
+  const Hdf5Id data{H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose};
+  agree(data.valid());
+  const Hdf5Id space{H5Dget_space(data), H5Sclose};
+  const hssize_t total = H5Sget_simple_extent_npoints(space);
+  agree(total >= 0);
+  std::vector<double> values(static_cast<std::size_t>(total));
+  if (total > 0) {
+    agree(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, transfer_, values.data()) >= 0);
+  }
+  return values;
+}
+
+std::vector<double> Hdf5File::read_node_values(const std::string& name, const NodeRange& nodes) {
+  const Hdf5Id data{H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose};
+  agree(data.valid());
+  const Hdf5Id space{H5Dget_space(data), H5Sclose};
+  const hssize_t total = H5Sget_simple_extent_npoints(space);
+  agree(H5Sget_simple_extent_ndims(space) == 1 && total == static_cast<hssize_t>(nodes.total),
+        name + " has " + std::to_string(total) + " values where this run has " + std::to_string(nodes.total) +
+            " nodes");
+  const hsize_t begin = count_of(nodes.begin);
+  const hsize_t count = count_of(nodes.count());
+  const hsize_t memory = std::max<hsize_t>(count, 1);
+  const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};
+  if (count > 0) {
+    agree(H5Sselect_hyperslab(space, H5S_SELECT_SET, &begin, nullptr, &count, nullptr) >= 0);
+  } else {
+    agree(H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0);
+  }
+  std::vector<double> values(count);
+  agree(H5Dread(data, H5T_NATIVE_DOUBLE, memory_space, space, transfer_, values.data()) >= 0);
+  return values;
+}
+
+}  // namespace udar::io

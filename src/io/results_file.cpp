@@ -1,0 +1,210 @@
+#include "udar/io/results_file.hpp"
+
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "udar/io/hdf5_file.hpp"
+#include "udar/io/versions.hpp"
+
+namespace udar::io {
+namespace {
+
+// The records as they stand in the file; in memory the same, so that HDF5 has nothing to convert.
+
+struct ImpactRow {
+  double time;
+  std::int64_t node;
+  double x;
+  std::int64_t support;
+  double velocity_before;
+  double velocity_after;
+  double impulse;
+  double energy_loss;
+};
+
+struct RestRow {
+  double time;
+  std::int64_t node;
+  double x;
+  std::int64_t support;
+  std::uint8_t release;
+  std::array<std::uint8_t, 7> unused;  ///< keeps the rows aligned
+};
+
+struct EnergyRow {
+  double time;
+  double kinetic;
+  double line_strain;
+  double fictitious_springs;
+  double load_potential;
+  double load_work;
+  double lost_in_impacts;
+  double total;
+  double drift;
+};
+
+struct Column {
+  const char* name;
+  std::size_t offset;
+  hid_t type;
+};
+
+Hdf5Id record_type(std::size_t size, std::initializer_list<Column> columns) {
+  Hdf5Id type{H5Tcreate(H5T_COMPOUND, size), H5Tclose};
+  for (const Column& column : columns) {
+    H5Tinsert(type, column.name, column.offset, column.type);
+  }
+  return type;
+}
+
+Hdf5Id impact_type() {
+  return record_type(sizeof(ImpactRow), {{"time", offsetof(ImpactRow, time), H5T_NATIVE_DOUBLE},
+                                         {"node", offsetof(ImpactRow, node), H5T_NATIVE_INT64},
+                                         {"x", offsetof(ImpactRow, x), H5T_NATIVE_DOUBLE},
+                                         {"support", offsetof(ImpactRow, support), H5T_NATIVE_INT64},
+                                         {"velocity_before", offsetof(ImpactRow, velocity_before), H5T_NATIVE_DOUBLE},
+                                         {"velocity_after", offsetof(ImpactRow, velocity_after), H5T_NATIVE_DOUBLE},
+                                         {"impulse", offsetof(ImpactRow, impulse), H5T_NATIVE_DOUBLE},
+                                         {"energy_loss", offsetof(ImpactRow, energy_loss), H5T_NATIVE_DOUBLE}});
+}
+
+Hdf5Id rest_type() {
+  return record_type(sizeof(RestRow), {{"time", offsetof(RestRow, time), H5T_NATIVE_DOUBLE},
+                                       {"node", offsetof(RestRow, node), H5T_NATIVE_INT64},
+                                       {"x", offsetof(RestRow, x), H5T_NATIVE_DOUBLE},
+                                       {"support", offsetof(RestRow, support), H5T_NATIVE_INT64},
+                                       {"release", offsetof(RestRow, release), H5T_NATIVE_UINT8}});
+}
+
+Hdf5Id energy_type() {
+  return record_type(sizeof(EnergyRow),
+                     {{"time", offsetof(EnergyRow, time), H5T_NATIVE_DOUBLE},
+                      {"kinetic", offsetof(EnergyRow, kinetic), H5T_NATIVE_DOUBLE},
+                      {"line_strain", offsetof(EnergyRow, line_strain), H5T_NATIVE_DOUBLE},
+                      {"fictitious_springs", offsetof(EnergyRow, fictitious_springs), H5T_NATIVE_DOUBLE},
+                      {"load_potential", offsetof(EnergyRow, load_potential), H5T_NATIVE_DOUBLE},
+                      {"load_work", offsetof(EnergyRow, load_work), H5T_NATIVE_DOUBLE},
+                      {"lost_in_impacts", offsetof(EnergyRow, lost_in_impacts), H5T_NATIVE_DOUBLE},
+                      {"total", offsetof(EnergyRow, total), H5T_NATIVE_DOUBLE},
+                      {"drift", offsetof(EnergyRow, drift), H5T_NATIVE_DOUBLE}});
+}
+
+constexpr std::array kFieldNames{"/fields/time",          "/fields/mass_position", "/fields/mass_velocity",
+                                 "/fields/line_position", "/fields/moment",        "/fields/resting"};
+
+std::vector<std::int64_t> as_int64(std::span<const PetscInt> values) { return {values.begin(), values.end()}; }
+
+void add_layout(Hdf5File& file, const RunLayout& layout) {
+  for (const auto& [library, version] : library_versions()) {
+    file.add_attribute("/", library + "_version", version);
+  }
+  int ranks = 1;
+  MPI_Comm_size(layout.comm, &ranks);
+  file.add_attribute("/", "options", layout.options_text);
+  file.add_attribute("/", "filter_frequency", layout.filter_frequency);
+  file.add_attribute("/", "elements", static_cast<std::int64_t>(layout.elements));
+  file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
+
+  file.add_node_values("/x", layout.nodes, layout.x);
+  std::vector<std::int64_t> node;
+  for (PetscInt i = layout.nodes.begin; i < layout.nodes.end; ++i) {
+    node.push_back(i);
+  }
+  file.add_node_values("/node", layout.nodes, node);
+  file.add_small("/gauge_node", as_int64(layout.gauge_node));
+  file.add_small("/gauge_position", layout.gauge_position);
+
+  const auto add_of_supports = [&](const char* name, auto value_of) {
+    std::vector<double> values;
+    for (const RunLayout::Support& support : layout.supports) {
+      values.push_back(static_cast<double>(value_of(support)));
+    }
+    file.add_small(name, values);
+  };
+  using Support = RunLayout::Support;
+  add_of_supports("/support_position", [](const Support& support) { return support.position; });
+  add_of_supports("/support_width", [](const Support& support) { return support.width; });
+  add_of_supports("/support_height", [](const Support& support) { return support.height; });
+  add_of_supports("/support_side", [](const Support& support) { return support.side; });
+  add_of_supports("/support_restitution", [](const Support& support) { return support.restitution; });
+}
+
+}  // namespace
+
+ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
+    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::kCreate)}, nodes_{layout.nodes} {
+  add_layout(*file_, layout);
+  file_->add_group("/fields");
+  file_->add_records("/fields/time", H5T_NATIVE_DOUBLE);
+  for (const char* name : {"/fields/mass_position", "/fields/mass_velocity", "/fields/line_position", "/fields/moment"}) {
+    file_->add_rows(name, H5T_NATIVE_DOUBLE, nodes_.total);
+  }
+  file_->add_rows("/fields/resting", H5T_NATIVE_UINT8, nodes_.total);
+  file_->add_records("/impacts", impact_type());
+  file_->add_records("/rests", rest_type());
+  file_->add_records("/energy", energy_type());
+  file_->flush();
+}
+
+ResultsFile::~ResultsFile() = default;
+
+void ResultsFile::append_fields(const Snapshot& state) {
+  // Space for the whole row first: a row that does not fit leaves none of its fields behind.
+  std::uint64_t bytes = 0;
+  for (const char* name : kFieldNames) {
+    bytes += file_->growth(name);
+  }
+  file_->reserve(bytes);
+
+  [[maybe_unused]] const auto count = static_cast<std::size_t>(nodes_.count());
+  assert(state.mass_position.size() == count && state.mass_velocity.size() == count &&
+         state.line_position.size() == count && state.moment.size() == count && state.resting.size() == count);
+  file_->append_row("/fields/mass_position", nodes_, state.mass_position.data());
+  file_->append_row("/fields/mass_velocity", nodes_, state.mass_velocity.data());
+  file_->append_row("/fields/line_position", nodes_, state.line_position.data());
+  file_->append_row("/fields/moment", nodes_, state.moment.data());
+  file_->append_row("/fields/resting", nodes_, state.resting.data());
+  file_->append_records("/fields/time", &state.time, 1);
+  file_->flush();
+}
+
+void ResultsFile::append_impacts(std::span<const ImpactRecord> rows, std::size_t count) {
+  std::vector<ImpactRow> records;
+  records.reserve(rows.size());
+  for (const ImpactRecord& row : rows) {
+    records.push_back({row.time, row.node, row.x, row.support, row.velocity_before, row.velocity_after, row.impulse,
+                       row.energy_loss});
+  }
+  file_->append_records("/impacts", records.data(), count);
+  file_->flush();
+}
+
+void ResultsFile::append_rests(std::span<const RestRecord> rows, std::size_t count) {
+  std::vector<RestRow> records;
+  records.reserve(rows.size());
+  for (const RestRecord& row : rows) {
+    records.push_back({row.time, row.node, row.x, row.support, static_cast<std::uint8_t>(row.release), {}});
+  }
+  file_->append_records("/rests", records.data(), count);
+  file_->flush();
+}
+
+void ResultsFile::append_energy(std::span<const double> times, std::span<const EnergyLedger> rows) {
+  assert(times.size() == rows.size());
+  std::vector<EnergyRow> records;
+  records.reserve(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const EnergyLedger& row = rows[i];
+    records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
+                       row.load_work, row.lost_in_impacts, row.total(), row.drift()});
+  }
+  file_->append_records("/energy", records.data(), records.size());
+  file_->flush();
+}
+
+void ResultsFile::close() { file_->close(); }
+
+}  // namespace udar::io

@@ -1,0 +1,84 @@
+#include "udar/io/run_directory.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <system_error>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Any of these means that the folder holds a run.
+constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
+/// All a run writes, and the unfinished files a killed run may leave.
+constexpr std::array kOwnFiles{"gauges.csv",       "energy.csv", "impacts.csv",  "rests.csv",  "summary.json",
+                               "summary.json.tmp", "results.h5", "results.xdmf", "restart.h5", "restart.h5.tmp"};
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+/// Creates and removes a file, the only sure test; returns what went wrong.
+std::string probe(const fs::path& folder) {
+  const fs::path file = folder / ".udar-probe";
+  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) {
+    return "takes no files: " + reason(errno);
+  }
+  close(descriptor);
+  return unlink(file.c_str()) == 0 ? "" : "does not let files go: " + reason(errno);
+}
+
+/// What keeps a run from being written into `folder`, empty if nothing does.
+std::string prepare(const fs::path& folder, bool overwrite, const std::string& keep) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) {
+    return "cannot be made a folder: " + error.message();
+  }
+  if (!fs::is_directory(folder, error)) {
+    return "cannot be made a folder: " + reason(ENOTDIR);
+  }
+  if (std::string failure = probe(folder); !failure.empty()) {
+    return failure;
+  }
+  if (!overwrite) {
+    for (const char* name : kSignsOfARun) {
+      if (fs::exists(folder / name, error)) {
+        return std::string{"already holds a run ("} + name +
+               "); give -output_overwrite to replace it, or another folder";
+      }
+    }
+    return "";
+  }
+  for (const char* name : kOwnFiles) {
+    const fs::path file = folder / name;
+    if (!keep.empty() && fs::equivalent(file, keep, error)) {
+      continue;
+    }
+    fs::remove(file, error);
+    if (error) {
+      return std::string{"does not let the old "} + name + " go: " + error.message();
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
+void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  std::string failure;
+  if (rank == 0) {
+    failure = prepare(path, overwrite, keep);
+  }
+  throw_together<FileError>(comm, failure.empty() ? "" : "option -output_directory: '" + path + "' " + failure);
+}
+
+}  // namespace udar::io

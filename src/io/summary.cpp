@@ -1,0 +1,66 @@
+#include "udar/io/summary.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "io/text_file.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+std::string as_json(const Summary& summary) {
+  nlohmann::ordered_json json;
+  json["completed"] = summary.completed;
+  json["end_time"] = summary.end_time;
+  json["elements"] = summary.elements;
+  json["ranks"] = summary.ranks;
+  json["steps"] = summary.steps;
+  json["rejected_steps"] = summary.rejected_steps;
+  json["rhs_evaluations"] = summary.rhs_evaluations;
+  json["line_solves"] = summary.line_solves;
+  json["impacts"] = summary.impacts;
+  json["rests"] = summary.rests;
+  json["releases"] = summary.releases;
+  json["first_contact_time"] = number_or_null(summary.first_contact_time);
+  json["last_contact_time"] = number_or_null(summary.last_contact_time);
+  json["min_line_gap"] = number_or_null(summary.min_line_gap);
+  json["min_line_gap_x"] = number_or_null(summary.min_line_gap_x);
+  json["min_line_gap_time"] = number_or_null(summary.min_line_gap_time);
+  json["support_impulse"] = summary.support_impulse;
+  json["energy_drift"] = summary.energy_drift;
+  json["gauge_position"] = summary.gauge_position;
+  json["gauge_node_position"] = summary.gauge_node_position;
+  json["wall_seconds"] = summary.wall_seconds;
+  json["peak_memory_bytes"] = summary.peak_memory_bytes;
+  json["versions"] = summary.versions;
+  for (const auto& [key, value] : summary.extra) {
+    json[key] = value;
+  }
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+void write_summary(MPI_Comm comm, const std::string& path, const Summary& summary) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const std::string unfinished = path + ".tmp";
+  {
+    TextFile file{comm, unfinished};
+    file.append(rank == 0 ? as_json(summary) : "");
+    file.sync();
+  }
+  std::string failure;
+  if (rank == 0 && std::rename(unfinished.c_str(), path.c_str()) != 0) {
+    failure = cannot_write(path, std::generic_category().message(errno));
+  }
+  throw_together<FileError>(comm, failure);
+}
+
+}  // namespace udar::io

@@ -1,0 +1,187 @@
+#include "udar/io/table_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <memory>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+constexpr std::string_view kBlanks = " \t\r\f\v";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // which spreadsheets put at the beginning
+
+/// What is wrong with a table; caught in `read_table`, never leaves this file.
+struct Complaint {
+  std::string text;
+};
+
+std::string read_all(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{std::fopen(path.c_str(), "rb"), &std::fclose};
+  if (!file) {
+    throw Complaint{" cannot be read: " + std::generic_category().message(errno)};
+  }
+  std::string text;
+  std::array<char, 1 << 16> block{};
+  std::size_t count = 0;
+  while ((count = std::fread(block.data(), 1, block.size(), file.get())) > 0) {
+    text.append(block.data(), count);
+  }
+  if (std::ferror(file.get()) != 0) {
+    throw Complaint{" cannot be read: " + std::generic_category().message(errno)};
+  }
+  return text;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  return begin == std::string_view::npos ? std::string_view{}
+                                         : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+/// The fields of a line, which is not blank.
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  if (line.find(',') != std::string_view::npos) {
+    for (std::size_t comma = 0; comma != std::string_view::npos; line.remove_prefix(comma + 1)) {
+      comma = line.find(',');
+      fields.push_back(trimmed(line.substr(0, comma)));
+      if (comma == std::string_view::npos) {
+        break;
+      }
+    }
+    return fields;
+  }
+  while (!(line = trimmed(line)).empty()) {
+    const std::size_t length = std::min(line.find_first_of(kBlanks), line.size());
+    fields.push_back(line.substr(0, length));
+    line.remove_prefix(length);
+  }
+  return fields;
+}
+
+enum class Reading { kNumber, kNotANumber, kOutOfRange };
+
+Reading read_number(std::string_view field, double& value) {
+  if (field.size() > 1 && field[0] == '+' && field[1] != '-') {
+    field.remove_prefix(1);
+  }
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error == std::errc::result_out_of_range) {
+    return Reading::kOutOfRange;
+  }
+  return error == std::errc{} && end == field.data() + field.size() ? Reading::kNumber : Reading::kNotANumber;
+}
+
+/// A header begins with a name: a misspelt number is not one.
+bool is_name(std::string_view field) {
+  double value = 0.0;
+  return !field.empty() && std::string_view{"+-.0123456789"}.find(field[0]) == std::string_view::npos &&
+         read_number(field, value) == Reading::kNotANumber;
+}
+
+Table parse(std::string_view text, std::size_t min_columns) {
+  if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
+    text.remove_prefix(kByteOrderMark.size());
+  }
+  Table table;
+  bool first = true;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t length = std::min(text.find('\n'), text.size());
+    const std::string_view whole = text.substr(0, length);
+    text.remove_prefix(std::min(length + 1, text.size()));
+    const std::string_view line = trimmed(whole.substr(0, whole.find('#')));
+    if (line.empty()) {
+      continue;
+    }
+    const std::string where = ", line " + std::to_string(number);
+    const std::vector<std::string_view> fields = split(line);
+    if (first) {
+      table.columns = fields.size();
+      if (table.columns < min_columns) {
+        throw Complaint{where + " has " + std::to_string(table.columns) + " column(s), needed are at least " +
+                        std::to_string(min_columns)};
+      }
+    }
+    if (fields.size() != table.columns) {
+      throw Complaint{where + " has " + std::to_string(fields.size()) + " column(s), the lines before it have " +
+                      std::to_string(table.columns)};
+    }
+    double value = 0.0;
+    if (std::exchange(first, false) && is_name(fields[0])) {
+      table.names.assign(fields.begin(), fields.end());
+      continue;
+    }
+    for (std::size_t column = 0; column < fields.size(); ++column) {
+      const Reading reading = read_number(fields[column], value);
+      if (reading != Reading::kNumber || !std::isfinite(value)) {
+        const char* what = reading == Reading::kOutOfRange   ? "' is out of range"
+                           : reading == Reading::kNotANumber ? "' is not a number"
+                                                             : "' is not a finite number";
+        throw Complaint{where + ", column " + std::to_string(column + 1) + ": '" + std::string{fields[column]} + what};
+      }
+      table.values.push_back(value);
+    }
+  }
+  if (table.values.empty()) {
+    throw Complaint{" has no rows of numbers"};
+  }
+  return table;
+}
+
+/// Broadcasts any number of bytes, in parts that MPI can count.
+void broadcast(MPI_Comm comm, char* bytes, std::size_t count) {
+  while (count > 0) {
+    const auto part = std::min<std::size_t>(count, std::numeric_limits<int>::max());
+    MPI_Bcast(bytes, static_cast<int>(part), MPI_CHAR, 0, comm);
+    bytes += part;
+    count -= part;
+  }
+}
+
+}  // namespace
+
+Table read_table(MPI_Comm comm, const std::string& option, const std::string& path, int min_columns) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  Table table;
+  std::string names;  // one per line
+  std::string failure;
+  if (rank == 0) {
+    try {
+      table = parse(read_all(path), static_cast<std::size_t>(std::max(min_columns, 1)));
+      for (const std::string& name : table.names) {
+        names += name + '\n';
+      }
+    } catch (const Complaint& complaint) {
+      failure = "option " + option + ": '" + path + "'" + complaint.text;
+    }
+  }
+  throw_together<FileError>(comm, failure);
+
+  std::array<std::uint64_t, 3> sizes{table.columns, table.values.size(), names.size()};
+  MPI_Bcast(sizes.data(), static_cast<int>(sizes.size()), MPI_UINT64_T, 0, comm);
+  table.columns = sizes[0];
+  table.values.resize(sizes[1]);
+  names.resize(sizes[2]);
+  broadcast(comm, reinterpret_cast<char*>(table.values.data()), table.values.size() * sizeof(double));
+  broadcast(comm, names.data(), names.size());
+  if (rank != 0) {
+    for (std::size_t begin = 0; begin < names.size(); begin = names.find('\n', begin) + 1) {
+      table.names.push_back(names.substr(begin, names.find('\n', begin) - begin));
+    }
+  }
+  return table;
+}
+
+}  // namespace udar::io

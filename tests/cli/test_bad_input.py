@@ -1,0 +1,220 @@
+#!/usr/bin/python3
+"""Every mistake ends the run with one line that says what is wrong, at once on any number of ranks, and harms no file."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from common import UdarTest, case, digest, run
+
+LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
+LONGEST_LINE = 400
+
+# name: (changed options, what the message must contain)
+REFUSED = {
+    "unknown_option": ({"beam_elemnts": 20}, ["-beam_elemnts", "-beam_elements"]),
+    "unknown_contact_option": ({"contact_resitution": 0.5}, ["-contact_resitution", "-contact_restitution"]),
+    "negative_length": ({"beam_length": -10}, ["-beam_length", "-10", "> 0", "[m]"]),
+    "two_lengths": ({"beam_length": "10,20"}, ["-beam_length", "one"]),
+    "nan_radius": ({"beam_radius": "nan"}, ["-beam_radius", "nan", "> 0", "[m]"]),
+    "infinite_young_modulus": ({"beam_young_modulus": "inf"}, ["-beam_young_modulus", "inf", "[Pa]"]),
+    "zero_elements": ({"beam_elements": 0}, ["-beam_elements", "0"]),
+    "negative_elements": ({"beam_elements": -5}, ["-beam_elements", "-5"]),
+    "half_an_element": ({"beam_elements": 2.5}, ["-beam_elements", "2.5", "whole"]),
+    "too_many_elements": ({"beam_elements": 99999999999}, ["-beam_elements", "99999999999"]),
+    "zero_density": ({"beam_density": 0}, ["-beam_density", "0", "> 0", "[kg/m^3]"]),
+    "wrong_section": ({"beam_section": "hexagon"}, ["-beam_section", "hexagon", "circle"]),
+    "wrong_theory": ({"beam_theory": "newton"}, ["-beam_theory", "newton", "timoshenko"]),
+    "wrong_end": ({"beam_left_end": "glued"}, ["-beam_left_end", "glued", "clamped"]),
+    "wrong_formulation": ({"beam_formulation": "cubic"}, ["-beam_formulation", "cubic", "mixed"]),
+    "zero_filter_frequency": ({"filter_frequency": 0}, ["-filter_frequency", "0", "> 0", "[rad/s]"]),
+    "missing_filter_frequency": ({"filter_frequency": None}, ["-filter_frequency", "[rad/s]"]),
+    "filter_frequency_is_a_word": ({"filter_frequency": "abc"}, ["-filter_frequency", "abc", "[rad/s]"]),
+    "filter_frequency_with_unit": ({"filter_frequency": "100Hz"}, ["-filter_frequency", "100Hz", "[rad/s]"]),
+    "gauge_off_the_beam": ({"gauge_position": "5,12"}, ["-gauge_position", "12", "10", "[m]"]),
+    "support_off_the_beam": ({"support_position": "2,-1"}, ["-support_position", "-1", "10", "[m]"]),
+    "load_off_the_beam": ({"load_position": 11, "load_table": "table.csv"}, ["-load_position", "11", "10", "[m]"]),
+    "restitution_above_one": ({"contact_restitution": 1.5}, ["-contact_restitution", "1.5", "from 0 to 1"]),
+    "restitution_negative": ({"contact_restitution": -0.1}, ["-contact_restitution", "-0.1", "from 0 to 1"]),
+    "negative_tolerance": ({"contact_tolerance": -1e-9}, ["-contact_tolerance", "[m]"]),
+    "support_in_the_beam": ({"support_height": "0,1.5"}, ["-support_height", "1.5", "[m]"]),
+    "ceiling_in_the_beam": ({"support_side": "above,below"}, ["support", "overlap"]),
+    "wrong_side": ({"support_side": "left"}, ["-support_side", "left", "below"]),
+    "floor_in_the_beam": ({"floor": True, "floor_height": 2}, ["-floor_height", "2", "[m]"]),
+    "three_heights_two_supports": ({"support_height": "0,0,0"}, ["-support_height", "3", "2"]),
+    "three_widths_two_supports": ({"support_width": "1,1,1"}, ["-support_width", "3", "2"]),
+    "three_sides_two_supports": ({"support_side": "below,below,below"}, ["-support_side", "3", "2"]),
+    "three_restitutions_two_supports": ({"contact_restitution": "1,1,1"}, ["-contact_restitution", "3", "2"]),
+    "two_tables_one_load": ({"load_position": 5, "load_table": "table.csv,table.csv"}, ["-load_table", "2", "1"]),
+    "load_without_table": ({"load_position": 5}, ["-load_table"]),
+    "missing_load_table": ({"load_position": 5, "load_table": "absent.csv"}, ["-load_table", "absent.csv", "No such file"]),
+    "malformed_load_table": ({"load_position": 5, "load_table": "words.csv"}, ["-load_table", "words.csv", "heavy", "line 3"]),
+    "ragged_load_table": ({"load_position": 5, "load_table": "ragged.csv"}, ["-load_table", "ragged.csv", "line 3"]),
+    "load_table_goes_back": ({"load_position": 5, "load_table": "back.csv"}, ["-load_table", "back.csv", "ascending"]),
+    "empty_load_table": ({"load_position": 5, "load_table": "empty.csv"}, ["-load_table", "empty.csv"]),
+    "missing_shape": ({"initial_shape": "absent.csv"}, ["-initial_shape", "absent.csv", "No such file"]),
+    "malformed_shape": ({"initial_shape": "words.csv"}, ["-initial_shape", "words.csv", "heavy"]),
+    "missing_restart_file": ({"restart_file": "absent.h5"}, ["-restart_file", "absent.h5"]),
+    "restart_file_is_text": ({"restart_file": "table.csv"}, ["-restart_file", "table.csv"]),
+    "missing_yaml": ({"options_file": "absent.yaml"}, ["absent.yaml"]),
+    "yaml_is_a_folder": ({"options_file": "folder.yaml"}, ["folder.yaml"]),
+    "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml"]),
+    "unknown_key_in_yaml": ({"options_file": "unknown.yaml"}, ["-beam_lenght", "-beam_length"]),
+    "wrong_value_in_yaml": ({"options_file": "wrong.yaml", "beam_density": None}, ["-beam_density", "-1", "[kg/m^3]"]),
+    "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
+    "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
+    "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),
+    "implicit_theta": ({"ts_type": "theta"}, ["-ts_type", "theta", "explicit"]),
+    "implicit_beuler": ({"ts_type": "beuler"}, ["-ts_type", "beuler", "explicit"]),
+    "unknown_integrator": ({"ts_type": "nonsense"}, ["nonsense"]),
+    "unknown_runge_kutta": ({"ts_rk_type": "nonsense"}, ["nonsense"]),
+    "unknown_preconditioner": ({"filter_pc_type": "nonsense"}, ["nonsense"]),
+    "unknown_solver": ({"filter_ksp_type": "nonsense"}, ["nonsense"]),
+}
+
+# Only the first line solve can find these out.
+FAILING = {
+    "not_converged": ({"filter_ksp_type": "gmres", "filter_pc_type": "jacobi", "filter_ksp_max_it": 3}, ["DIVERGED_ITS"]),
+    "useless_preconditioner": ({"filter_ksp_type": "preonly", "filter_pc_type": "jacobi"}, ["line solve", "filter_residual_tolerance"]),
+}
+
+FILES = {
+    "table.csv": "time,force\n0,0\n1,10\n",
+    "words.csv": "time,force\n0,0\n1,heavy\n",
+    "ragged.csv": "time,force\n0,0\n1\n",
+    "back.csv": "time,force\n0,0\n1,10\n0.5,20\n",
+    "empty.csv": "",
+    "malformed.yaml": "beam_length: [10, 20\nbeam_density: }\n",
+    "unknown.yaml": "beam_lenght: 10\n",
+    "wrong.yaml": "beam_density: -1\n",
+}
+
+
+class BadInput(UdarTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        for name, text in FILES.items():
+            (cls.folder / name).write_text(text)
+        (cls.folder / "folder.yaml").mkdir()
+        cls.done = cls.folder / "done"
+        finished = run(case(ts_max_time=0.02, output_directory=cls.done), cwd=cls.folder)
+        if finished.code != 0:
+            raise RuntimeError(str(finished))
+        cls.before = digest(cls.done)
+
+    def refuse(self, options, wanted, ranks, **keywords):
+        """Runs a case that must fail, and checks how it fails."""
+        result = run(options, ranks, cwd=self.folder, timeout=60, **keywords)
+        self.assertNotEqual(result.code, 0, f"accepted{result}")
+        self.assertLess(result.code, 128, f"killed by a signal{result}")
+        self.assertGreater(result.code, 0, f"killed by a signal{result}")
+        self.assertEqual(len(result.errors), 1, f"exactly one line starts with 'udar: error:'{result}")
+        for text in wanted:
+            self.assertIn(text, result.errors[0], result)
+        self.assertLess(len(result.errors[0]), LONGEST_LINE, result)
+        self.assertNotIn("PETSC ERROR", result.err + result.out, result)
+        self.assertNotIn("HDF5-DIAG", result.err + result.out, result)
+        if not ranks:
+            others = [line for line in result.err.splitlines() if line and not line.startswith("udar: ")]
+            self.assertEqual(others, [], f"lines beside the message{result}")
+        return result
+
+    def check(self, changes, wanted):
+        """The message, and that a finished run in the folder survives although it may be overwritten."""
+        for ranks in LAUNCHES:
+            with self.subTest(ranks=ranks):
+                self.refuse(case(**{"ts_max_time": 0.02, "output_directory": "done", "output_overwrite": True, **changes}), wanted, ranks)
+                self.assertEqual(digest(self.done), self.before, "the finished run was touched")
+
+    def test_the_unchanged_case_is_accepted(self):
+        for ranks in LAUNCHES:
+            self.run_case(case(ts_max_time=0.02), ranks, name=f"good{ranks}")
+
+    def test_existing_run_is_refused_unless_told(self):
+        options = case(ts_max_time=0.02, output_directory="done")
+        for ranks in LAUNCHES:
+            self.refuse(options, ["-output_overwrite", "done"], ranks)
+            self.assertEqual(digest(self.done), self.before, "the finished run was touched")
+        again = self.scratch / "again"
+        shutil.copytree(self.done, again)
+        (again / "notes.txt").write_text("mine")
+        self.run_case(case(ts_max_time=0.01, output_overwrite=True), name="again")
+        self.assertEqual((again / "notes.txt").read_text(), "mine", "a file that is not the program's own")
+        self.assertEqual(len((again / "gauges.csv").read_text().splitlines()), 3, "the new run replaced the old one")
+
+    def test_output_directory_below_a_file(self):
+        for path in ("/dev/null/x", "table.csv/x", "table.csv"):
+            for ranks in LAUNCHES:
+                self.refuse(case(output_directory=path), ["-output_directory", path], ranks)
+        self.assertEqual((self.folder / "table.csv").read_text(), FILES["table.csv"])
+
+    def test_more_ranks_than_elements(self):
+        for elements in (1, 2):
+            changes = {"beam_elements": elements, "support_position": "0", "gauge_position": "0,10"}
+            self.refuse(case(output_directory="ranks", **changes), ["ranks", "4", "-beam_elements", str(elements)], 4)
+        self.assertFalse((self.folder / "ranks" / "gauges.csv").exists())
+
+    def mount(self, options):
+        """A tmpfs of its own for one test; skips the test where this is not permitted."""
+        place = self.scratch / "disk"
+        place.mkdir()
+        if shutil.which("mount") is None or os.geteuid() != 0:
+            self.skipTest("only root can mount a small disk")
+        done = subprocess.run(["mount", "-t", "tmpfs", "-o", options, "tmpfs", str(place)], capture_output=True, text=True)
+        if done.returncode != 0:
+            self.skipTest(f"mounting is not permitted: {done.stderr.strip()}")
+        self.addCleanup(subprocess.run, ["umount", "-l", str(place)], check=True)
+        return place
+
+    def test_read_only_disk(self):
+        place = self.mount("ro,size=1m")
+        for ranks in LAUNCHES:
+            for path in (place, place / "run"):
+                self.refuse(case(output_directory=path), ["-output_directory", "Read-only"], ranks)
+
+    def test_disk_full(self):
+        # Room for nothing, for the text files but not for the fields, and for the first part of the fields.
+        changes = {"output_interval": 1e-3, "output_field_interval": 1e-3, "beam_elements": 100, "ts_max_time": 0.4}
+        place = self.mount("size=64k")
+        for ranks in LAUNCHES:
+            for size in ("4k", "64k", "512k"):
+                with self.subTest(ranks=ranks, size=size):
+                    subprocess.run(["mount", "-o", f"remount,size={size}", str(place)], check=True)
+                    self.refuse(case(output_directory=place / "run", **changes), ["-output_directory", "No space left"], ranks)
+                    shutil.rmtree(place / "run", ignore_errors=True)
+
+    def test_disk_full_at_restart_file(self):
+        place = self.mount("size=200k")
+        changes = {"output_interval": 0.1, "beam_elements": 4000, "ts_max_time": 0.02, "restart_interval": 0.005}
+        for ranks in LAUNCHES:
+            with self.subTest(ranks=ranks):
+                self.refuse(case(output_directory=place / "run", **changes), ["No space left"], ranks)
+                shutil.rmtree(place / "run", ignore_errors=True)
+
+
+def add(name, changes, wanted):
+    setattr(BadInput, f"test_{name}", lambda self: self.check(changes, wanted))
+
+
+def add_failing(name, changes, wanted):
+    def test(self):
+        for ranks in LAUNCHES:
+            with self.subTest(ranks=ranks):
+                self.refuse(case(ts_max_time=0.02, output_directory=self.scratch / f"run{ranks}", **changes), wanted, ranks)
+
+    setattr(BadInput, f"test_{name}", test)
+
+
+for entry, (options, message) in REFUSED.items():
+    add(entry, options, message)
+for entry, (options, message) in FAILING.items():
+    add_failing(entry, options, message)
+
+if __name__ == "__main__":
+    unittest.main()

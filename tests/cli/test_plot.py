@@ -1,0 +1,412 @@
+#!/usr/bin/python3
+"""udar-plot on synthetic run folders in the format of docs/output.md. UDAR_PLOT: the executable."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import h5py
+import matplotlib.image
+import numpy as np
+
+TOOL = os.environ.get("UDAR_PLOT") or str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "udar-plot.py")
+ONE_RUN = ("gauges", "energy", "contacts", "deflection", "impulses")
+SEVERAL_RUNS = ("gauges", "energy", "contacts")
+GRAVITY, DROP, LENGTH, MASS = 9.81, 1.0, 10.0, 2466.15
+IMPACT = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("velocity_before", "f8"),
+          ("velocity_after", "f8"), ("impulse", "f8"), ("energy_loss", "f8")]
+REST = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("release", "i8")]
+ENERGY = ("time", "kinetic", "line_strain", "fictitious_springs", "load_potential", "load_work", "lost_in_impacts",
+          "total", "drift")
+BLUE, VERMILLION = (0, 114, 178), (213, 94, 0)
+
+
+def bounce(time, restitution, gravity):
+    """Height and velocity of a ball dropped from DROP on the ground, and the (time, speed) of its impacts."""
+    if gravity == 0.0:
+        return np.full_like(time, DROP), np.zeros_like(time), []
+    height, velocity, impacts = DROP - gravity * time**2 / 2, -gravity * time, []
+    at, speed = np.sqrt(2 * DROP / gravity), np.sqrt(2 * DROP * gravity)
+    while at < time[-1] and speed > 0.05:
+        impacts.append((at, speed))
+        speed *= restitution
+        later = time - at
+        height = np.where(later > 0, speed * later - gravity * later**2 / 2, height)
+        velocity = np.where(later > 0, speed - gravity * later, velocity)
+        at += 2 * speed / gravity
+    stopped = time > at if impacts and speed <= 0.05 else np.zeros(len(time), bool)
+    return np.where(stopped, 0.0, height), np.where(stopped, 0.0, velocity), impacts
+
+
+def write_csv(path, names, rows):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(",".join(names) + "\n")
+        for row in rows:
+            file.write(",".join(value if isinstance(value, str) else f"{value:.17g}" for value in row) + "\n")
+
+
+def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gauges=(0.0, 2.0, 5.0, 8.0, 10.0), end=3.0,
+              restitution=0.8, gravity=GRAVITY, height=0.0, side=1.0, floor=False, finished=True, field_step=0.01):
+    """A beam whose masses all bounce like balls while the line swings between them: no physics, the right format."""
+    folder = pathlib.Path(folder)
+    folder.mkdir(parents=True)
+    x = np.linspace(0.0, LENGTH, nodes)
+    time = np.arange(0.0, end + 1e-9, 0.002)
+    mass, velocity, hits = bounce(time, restitution, gravity)
+    swing = 0.15 * np.exp(-time) * np.sin(wf * time / 3) * (time > np.sqrt(2 * DROP / GRAVITY)) * (gravity > 0)
+    shape = np.cos(2 * np.pi * x / LENGTH)
+    mass, velocity = height + side * mass, side * velocity
+
+    touching = []  # (node, support)
+    for number, (position, width) in enumerate(supports):
+        near = np.flatnonzero(np.abs(x - position) <= width / 2 + 1e-9)
+        touching += [(node, number) for node in (near if len(near) else [np.argmin(np.abs(x - position))])]
+    if floor:
+        touching = [(node, len(supports)) for node in range(nodes)]
+    node_mass = MASS / (nodes - 1)
+    impacts = [(at, node, x[node], support, -side * speed, side * restitution * speed,
+                side * node_mass * (1 + restitution) * speed, node_mass * (1 - restitution**2) * speed**2 / 2)
+               for at, speed in hits for node, support in touching]
+    rests = []
+    if hits and hits[-1][1] < 1.0:
+        at = hits[-1][0]
+        rests = [(at + 0.01, node, x[node], support, 0) for node, support in touching]
+        rests += [(at + 0.15, touching[0][0], x[touching[0][0]], touching[0][1], 1)] if at + 0.15 < end else []
+
+    kinetic, potential = MASS * velocity**2 / 2, MASS * gravity * np.abs(mass - height)
+    start = max(kinetic[0] + potential[0], 1.0)
+    lost = start - kinetic - potential if gravity else np.zeros_like(time)
+    drift = 1e-12 * np.cumsum(np.sin(37 * time)) / len(time)
+    energy = np.column_stack([time, kinetic, 100 * swing**2, 50 * swing**2, potential, 0 * time, lost,
+                              kinetic + potential, drift])
+    gauge_node = np.array([np.argmin(np.abs(x - position)) for position in gauges], dtype=int)
+    columns = [time]
+    for node in gauge_node:
+        columns += [mass, velocity, mass + swing * shape[node]]
+
+    names = [f"{name}_{k}" for k in range(len(gauges)) for name in ("mass", "velocity", "line")]
+    write_csv(folder / "gauges.csv", ["time", *names], np.column_stack(columns))
+    write_csv(folder / "energy.csv", ENERGY, energy)
+    write_csv(folder / "impacts.csv", [name for name, _ in IMPACT], impacts)
+    write_csv(folder / "rests.csv", ["time", "node", "x", "support", "event"],
+              [(*row[:4], "release" if row[4] else "rest") for row in rests])
+    if finished:
+        (folder / "summary.json").write_text('{"impacts": %d}\n' % len(impacts), encoding="utf-8")
+    field_time = np.arange(0.0, end + 1e-9, field_step)
+    with h5py.File(folder / "results.h5", "w") as file:
+        file.attrs.update({"udar_version": "test", "options": f"-filter_frequency {wf}\n", "filter_frequency": wf,
+                           "elements": nodes - 1, "ranks": 1})
+        file["x"] = x
+        file["gauge_node"], file["gauge_position"] = gauge_node, np.array(gauges, dtype=float)
+        all_supports = list(supports) + ([(0.0, np.inf)] if floor else [])
+        for name, values in (("position", [s[0] for s in all_supports]), ("width", [s[1] for s in all_supports]),
+                             ("height", [height] * len(all_supports)), ("side", [side] * len(all_supports)),
+                             ("restitution", [restitution] * len(all_supports))):
+            file[f"support_{name}"] = np.array(values, dtype=float)
+        shown = np.interp(field_time, time, mass)[:, None]
+        file["fields/time"] = field_time
+        file["fields/mass_position"] = np.broadcast_to(shown, (len(field_time), nodes))
+        file["fields/line_position"] = shown + np.interp(field_time, time, swing)[:, None] * shape
+        for name, kind in (("mass_velocity", "f8"), ("moment", "f8"), ("resting", "u1")):
+            file.create_dataset(f"fields/{name}", shape=(len(field_time), nodes), dtype=kind, chunks=(1, nodes))
+        file["impacts"] = np.array(impacts, dtype=IMPACT)
+        file["rests"] = np.array(rests, dtype=REST)
+        file["energy"] = np.array([tuple(row) for row in energy], dtype=[(name, "f8") for name in ENERGY])
+    return folder
+
+
+def close_to(picture, colour):
+    """How many pixels have nearly this colour (0 to 255)."""
+    return int((np.abs(picture[:, :, :3] * 255 - np.array(colour)).max(axis=2) < 12).sum())
+
+
+class PlotTest(unittest.TestCase):
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory()
+        self.addCleanup(holder.cleanup)
+        self.here = pathlib.Path(holder.name)
+
+    def run_tool(self, *arguments):
+        return subprocess.run([TOOL, *map(str, arguments)], cwd=self.here, capture_output=True, text=True, timeout=120,
+                              env={**os.environ, "MPLCONFIGDIR": str(self.here / "mpl")})
+
+    def draw(self, *arguments):
+        """Runs the tool, checks that it printed exactly the files it wrote; returns them by name and what it noted."""
+        done = self.run_tool(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("Warning", done.stderr)
+        files = [self.here / line for line in done.stdout.splitlines()]
+        self.assertTrue(all(file.is_file() for file in files), done.stdout)
+        written = [file for folder in {file.parent for file in files} for file in folder.iterdir()]
+        self.assertEqual(sorted(files), sorted(written))
+        return {file.name: file for file in files}, done.stderr
+
+    def picture(self, file):
+        pixels = matplotlib.image.imread(file)
+        self.assertGreater(pixels[:, :, :3].std(), 0.02, f"{file} is blank")
+        self.assertGreater(len(np.unique((pixels[::2, ::2, :3] * 255).astype(int).reshape(-1, 3), axis=0)), 20)
+        return pixels
+
+    def assert_refused(self, expected, *arguments):
+        done = self.run_tool(*arguments)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith("udar-plot: "), done.stderr)
+        self.assertIn(expected, done.stderr)
+
+
+class OneRun(PlotTest):
+    def test_draws_five_pictures_in_both_formats_into_the_run_folder(self):
+        run = write_run(self.here / "run")
+        files, noted = self.draw(run)
+        self.assertEqual(set(files), {f"{name}.{kind}" for name in ONE_RUN for kind in ("png", "svg")})
+        self.assertEqual({file.parent for file in files.values()}, {run / "plots"})
+        self.assertEqual(noted, "")
+        labels = {"gauges": ("time [s]", "y [m]", "gauge 4, x = 10 m", "on a support", "impact"),
+                  "energy": ("time [s]", "energy [kJ]", "|drift| [-]", "fictitious springs"),
+                  "contacts": ("time [s]", "x along the beam [m]", "impulse of the impact [N s]"),
+                  "deflection": ("x along the beam [m]", "y [m]", "ms", "contact, t = 0.4515 s"),
+                  "impulses": ("time [s]", "sum of impulses [N s]", "support 1, x = 8 m")}
+        for name, texts in labels.items():
+            self.picture(files[f"{name}.png"])
+            svg = files[f"{name}.svg"].read_text(encoding="utf-8")
+            for text in (*texts, "N = 20 elements, wf = 50 rad/s, t = 0"):
+                self.assertIn(text, svg, name)
+
+    def test_size_follows_dpi_and_the_number_of_gauges(self):
+        run = write_run(self.here / "run")
+        files, _ = self.draw(run, "--gauges", "1,3", "--format", "png", "--dpi", "100", "--output", self.here / "out")
+        self.assertEqual(self.picture(files["gauges.png"]).shape[:2], (470, 950))
+        self.assertEqual(self.picture(files["energy.png"]).shape[:2], (650, 950))
+        self.assertEqual(set(files), {f"{name}.png" for name in ONE_RUN})
+        self.assertEqual({file.parent for file in files.values()}, {self.here / "out"})
+
+    def test_curves_and_impacts_are_there_and_only_where_they_belong(self):
+        run = write_run(self.here / "run")
+        on_support, _ = self.draw(run, "--gauges", "1", "--format", "png", "--output", self.here / "on")
+        beside, _ = self.draw(run, "--gauges", "2", "--format", "png", "--output", self.here / "beside")
+        on_support, beside = self.picture(on_support["gauges.png"]), self.picture(beside["gauges.png"])
+        for pixels in (on_support, beside):
+            self.assertGreater(close_to(pixels, BLUE), 500)
+        self.assertGreater(close_to(on_support, VERMILLION), 100)
+        self.assertEqual(close_to(beside, VERMILLION), 0)
+
+    def test_title_is_put_before_every_title(self):
+        files, _ = self.draw(write_run(self.here / "run"), "--title", "Falling <beam> & co", "--format", "svg")
+        for file in files.values():
+            self.assertIn("Falling &lt;beam&gt; &amp; co: ", file.read_text(encoding="utf-8"))
+
+    def test_same_run_gives_the_same_svg(self):
+        run = write_run(self.here / "run")
+        first, _ = self.draw(run, "--format", "svg", "--output", self.here / "a")
+        second, _ = self.draw(run, "--format", "svg", "--output", self.here / "b")
+        for name in first:
+            self.assertEqual(first[name].read_bytes(), second[name].read_bytes())
+
+    def test_resting_masses_are_shown_as_bars(self):
+        run = write_run(self.here / "run", restitution=0.3)
+        files, _ = self.draw(run, "--format", "svg")
+        self.assertIn("mass at rest", files["contacts.svg"].read_text(encoding="utf-8"))
+        never = write_run(self.here / "never", restitution=1.0)
+        files, _ = self.draw(never, "--format", "svg")
+        self.assertNotIn("mass at rest", files["contacts.svg"].read_text(encoding="utf-8"))
+
+    def test_without_impacts(self):
+        files, _ = self.draw(write_run(self.here / "run", gravity=0.0))
+        for name in ("contacts", "impulses"):
+            self.assertIn("no impacts", files[f"{name}.svg"].read_text(encoding="utf-8"))
+        self.assertEqual(set(files), {f"{name}.{kind}" for name in ONE_RUN for kind in ("png", "svg")})
+
+    def test_without_supports(self):
+        files, noted = self.draw(write_run(self.here / "run", supports=(), gravity=0.0), "--format", "png")
+        self.assertEqual(set(files), {"gauges.png", "energy.png", "deflection.png"})
+        self.assertIn("no supports", noted)
+
+    def test_without_gauges(self):
+        files, noted = self.draw(write_run(self.here / "run", gauges=()), "--format", "png")
+        self.assertEqual(set(files), {f"{name}.png" for name in ONE_RUN} - {"gauges.png"})
+        self.assertIn("no gauges", noted)
+
+    def test_floor_wide_supports_and_a_support_above(self):
+        for name, options, expected in (("floor", {"supports": (), "floor": True}, "on the floor"),
+                                        ("wide", {"supports": ((5.0, 2.0),)}, "on a support"),
+                                        ("above", {"side": -1.0, "height": 2.0}, "on a support")):
+            files, _ = self.draw(write_run(self.here / name, **options), "--dpi", "60")
+            self.assertIn(expected, files["gauges.svg"].read_text(encoding="utf-8"))
+            self.assertEqual(set(files), {f"{picture}.{kind}" for picture in ONE_RUN for kind in ("png", "svg")})
+            for file in files.values():
+                if file.suffix == ".png":
+                    self.picture(file)
+
+    def test_unfiltered(self):
+        files, _ = self.draw(write_run(self.here / "run", wf=0.0), "--format", "svg")
+        self.assertIn("N = 20 elements, unfiltered", files["gauges.svg"].read_text(encoding="utf-8"))
+
+    def test_many_nodes_and_impacts_are_thinned(self):
+        run = write_run(self.here / "run", nodes=100_001, supports=(), floor=True, end=1.2, field_step=0.1,
+                        restitution=0.5)
+        files, _ = self.draw(run)
+        svg = files["contacts.svg"].read_text(encoding="utf-8")
+        self.assertIn("impulse per cell [N s]", svg)
+        self.assertIn("(0.002 s by 0.04 m)", svg)
+        for file in files.values():
+            self.assertLess(file.stat().st_size, 3_000_000, file)
+            if file.suffix == ".png":
+                self.picture(file)
+
+
+class UnfinishedRun(PlotTest):
+    def test_last_line_being_written_is_left_out(self):
+        run = write_run(self.here / "run", finished=False, restitution=0.3)
+        for name, cut in (("gauges", 40), ("energy", 30), ("impacts", 11), ("rests", 3)):
+            path = run / f"{name}.csv"
+            path.write_bytes(path.read_bytes()[:-cut])
+        files, _ = self.draw(run, "--format", "svg")
+        for file in files.values():
+            self.assertIn("(not finished)", file.read_text(encoding="utf-8"))
+
+    def test_impacts_come_from_the_csv_file_when_results_h5_lags_behind(self):
+        run = write_run(self.here / "run", finished=False)
+        rows = len((run / "impacts.csv").read_text(encoding="utf-8").splitlines()) - 1
+        with h5py.File(run / "results.h5", "a") as file:
+            for name in ("impacts", "rests", "energy"):
+                del file[name]
+        files, _ = self.draw(run, "--format", "svg")
+        self.assertIn(f">{rows} impacts<", files["contacts.svg"].read_text(encoding="utf-8"))
+
+    def test_fields_of_different_length(self):
+        run = write_run(self.here / "run", finished=False)
+        with h5py.File(run / "results.h5", "a") as file:
+            kept = file["fields/line_position"][:20]
+            del file["fields/line_position"]
+            file["fields/line_position"] = kept
+        files, _ = self.draw(run, "--format", "svg")
+        self.assertIn("t = 0.08 to 0.19 s", files["deflection.svg"].read_text(encoding="utf-8"))
+
+    def test_nothing_but_headers_yet(self):
+        run = write_run(self.here / "run", finished=False)
+        for name in ("gauges", "energy", "impacts", "rests"):
+            path = run / f"{name}.csv"
+            path.write_text(path.read_text(encoding="utf-8").splitlines()[0] + "\n", encoding="utf-8")
+        with h5py.File(run / "results.h5", "a") as file:
+            for name in ("time", "mass_position", "line_position"):
+                width = file[f"fields/{name}"].shape[1:]
+                del file[f"fields/{name}"]
+                file[f"fields/{name}"] = np.empty((0, *width))
+        files, _ = self.draw(run)
+        self.assertEqual(len(files), 2 * len(ONE_RUN))
+        self.draw(run, run, "--output", self.here / "both")
+
+
+class SeveralRuns(PlotTest):
+    def test_are_laid_over_each_other(self):
+        slow, fast = write_run(self.here / "slow", wf=50.0), write_run(self.here / "fast", wf=100.0, restitution=0.6)
+        files, _ = self.draw(slow, fast)
+        self.assertEqual(set(files), {f"{name}.{kind}" for name in SEVERAL_RUNS for kind in ("png", "svg")})
+        self.assertEqual({file.parent for file in files.values()}, {self.here / "plots"})
+        for name in SEVERAL_RUNS:
+            svg = files[f"{name}.svg"].read_text(encoding="utf-8")
+            self.assertIn(">wf = 50 rad/s", svg)
+            self.assertIn(">wf = 100 rad/s", svg)
+            self.assertIn("time [s]", svg)
+            self.picture(files[f"{name}.png"])
+        gauges = self.picture(files["gauges.png"])
+        self.assertGreater(close_to(gauges, BLUE), 1000)
+        self.assertGreater(close_to(gauges, VERMILLION), 1000)
+
+    def test_of_equal_frequency_are_told_apart_by_mesh_or_folder(self):
+        meshes = {"coarse": 21, "fine": 41, "again": 21}
+        runs = [write_run(self.here / name, nodes=nodes) for name, nodes in meshes.items()]
+        svg = self.draw(*runs, "--format", "svg")[0]["gauges.svg"].read_text(encoding="utf-8")
+        for label in ("N = 20 (coarse)", "N = 40 (fine)", "N = 20 (again)"):
+            self.assertIn(f">wf = 50 rad/s, {label}<", svg)
+
+    def test_may_differ_in_gauges_and_supports(self):
+        first = write_run(self.here / "a", gauges=(2.0, 5.0))
+        second = write_run(self.here / "b", wf=100.0, gauges=(5.0,), supports=(), floor=True)
+        third = write_run(self.here / "c", wf=200.0, gauges=(), supports=(), gravity=0.0)
+        files, _ = self.draw(first, second, third, "--format", "png")
+        self.assertEqual(set(files), {f"{name}.png" for name in SEVERAL_RUNS})
+
+
+class Refused(PlotTest):
+    def test_folders_that_are_no_runs(self):
+        (self.here / "empty").mkdir()
+        self.assert_refused("no such folder", self.here / "nowhere")
+        self.assert_refused("no results.h5", self.here / "empty")
+
+    def test_damaged_results(self):
+        run = write_run(self.here / "run")
+        path = run / "results.h5"
+        whole = path.read_bytes()
+        path.write_bytes(whole[:len(whole) // 2])
+        self.assert_refused("results.h5", run)
+        path.write_bytes(b"not HDF5\n" * 100)
+        self.assert_refused("results.h5", run)
+
+    def test_results_without_something_they_need(self):
+        for name in ("x", "gauge_node", "support_width", "fields", "fields/time"):
+            run = write_run(self.here / name.replace("/", "_"))
+            with h5py.File(run / "results.h5", "a") as file:
+                del file[name]
+            self.assert_refused("results.h5", run)
+        run = write_run(self.here / "attribute")
+        with h5py.File(run / "results.h5", "a") as file:
+            del file.attrs["filter_frequency"]
+        self.assert_refused("filter_frequency", run)
+
+    def test_results_that_contradict_themselves(self):
+        run = write_run(self.here / "node")
+        with h5py.File(run / "results.h5", "a") as file:
+            file["gauge_node"][0] = 99
+        self.assert_refused("gauge_node", run)
+        run = write_run(self.here / "support")
+        with h5py.File(run / "results.h5", "a") as file:
+            records = file["impacts"][()]
+            records["support"][0] = 7
+            file["impacts"][...] = records
+        self.assert_refused("support", run)
+        run = write_run(self.here / "width")
+        with h5py.File(run / "results.h5", "a") as file:
+            del file["fields/line_position"]
+            file["fields/line_position"] = np.zeros((301, 5))
+        self.assert_refused("line_position", run)
+
+    def test_missing_and_malformed_csv(self):
+        for name in ("gauges", "energy"):
+            run = write_run(self.here / name)
+            path = run / f"{name}.csv"
+            good = path.read_text(encoding="utf-8")
+            path.write_text(good.replace("\n0.002", "\nnonsense", 1), encoding="utf-8")
+            self.assert_refused(f"{name}.csv", run)
+            path.write_text("time\n0\n", encoding="utf-8")
+            self.assert_refused("has no column", run)
+            path.write_bytes(b"\xff\xfe\x00" * 50)
+            self.assert_refused(f"{name}.csv", run)
+            path.unlink()
+            self.assert_refused("no such file", run)
+
+    def test_one_bad_run_among_several_draws_nothing(self):
+        good = write_run(self.here / "good")
+        self.assert_refused("no such folder", good, self.here / "bad", "--output", self.here / "out")
+        self.assertFalse((self.here / "out").exists())
+
+    def test_options(self):
+        run = write_run(self.here / "run")
+        self.assert_refused("no gauge 5", run, "--gauges", "0,5")
+        self.assert_refused("'a'", run, "--gauges", "a")
+        self.assert_refused("pdf", run, "--format", "png,pdf")
+        self.assert_refused("dpi", run, "--dpi", "0")
+        self.assert_refused("--colour", run, "--colour", "red")
+        self.assert_refused("RUN")
+
+    def test_output_that_cannot_be_a_folder(self):
+        run = write_run(self.here / "run")
+        (self.here / "file").write_text("", encoding="utf-8")
+        self.assert_refused("file", run, "--output", self.here / "file")
+
+
+if __name__ == "__main__":
+    unittest.main()

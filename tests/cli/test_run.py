@@ -1,0 +1,356 @@
+#!/usr/bin/python3
+"""What a good run writes and prints: files, formats, balances, help, interruption, other integrators."""
+
+import json
+import pathlib
+import shutil
+import signal
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree
+
+import h5py
+import numpy as np
+
+from common import ROOT, STEEL_MASS, UdarTest, case, command, datasets, lumped_masses, run, start
+
+EXAMPLE = ROOT / "examples" / "01-falling-beam" / "case.yaml"
+GRAVITY = 9.81
+
+SUMMARY_KEYS = """elements ranks steps rejected_steps rhs_evaluations line_solves impacts rests releases first_contact_time
+    last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse energy_drift wall_seconds peak_memory_bytes
+    versions""".split()
+ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift"
+IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
+REST_COLUMNS = "time,node,x,support,event"
+ROOT_ATTRIBUTES = "udar_version petsc_version hdf5_version mpi_version options filter_frequency elements ranks".split()
+SUPPORT_DATASETS = ["support_position", "support_width", "support_height", "support_side", "support_restitution"]
+FIELDS = ["mass_position", "mass_velocity", "line_position", "moment"]
+
+HELP_OPTIONS = """beam_length beam_elements beam_section beam_radius beam_young_modulus beam_density beam_theory beam_left_end
+    beam_right_end beam_formulation gravity initial_height initial_slope initial_velocity initial_angular_velocity initial_shape
+    filter_frequency support_position support_width support_height support_side contact_restitution contact_tolerance floor
+    floor_height gauge_position load_position load_table output_directory output_interval output_field_interval output_overwrite
+    restart_file restart_interval udar_view ts_max_time ts_rtol ts_type ts_rk_type filter_ksp_type filter_pc_type""".split()
+HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
+
+
+class Example(UdarTest):
+    """The first example at 50 rad/s, run once for all checks."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
+        cls.addClassCleanup(shutil.rmtree, folder, ignore_errors=True)
+        cls.run = run({"options_file": EXAMPLE, "filter_frequency": 50, "output_directory": folder / "run"}, cwd=folder, timeout=120)
+        if cls.run.code != 0:
+            raise RuntimeError(str(cls.run))
+        cls.summary = cls.run.summary()
+        cls.file = h5py.File(cls.run.file("results.h5"), "r")
+        cls.addClassCleanup(cls.file.close)
+        cls.options = dict(
+            line.lstrip("-").split(maxsplit=1) for line in as_text(cls.file.attrs["options"]).splitlines() if len(line.split()) > 1
+        )
+
+    def option(self, name):
+        return [float(word) for word in self.options[name].strip("[]").split(",")]
+
+    def header(self, name):
+        return self.run.file(name).read_text().splitlines()[0]
+
+    def test_printed_text_is_quiet_in_a_pipe(self):
+        for text in (self.run.out, self.run.err):
+            self.assertNotIn("\r", text)
+            self.assertNotIn("\x1b", text)
+        self.assertLess(len(self.run.out.splitlines()), 100, self.run)
+
+    def test_gauges(self):
+        gauges = len(self.option("gauge_position"))
+        self.assertEqual(
+            self.header("gauges.csv"), "time," + ",".join(f"mass_{i},velocity_{i},line_{i}" for i in range(gauges)), self.run
+        )
+        found, interval = self.run.csv("gauges.csv"), self.option("output_interval")[0]
+        rows = int(np.floor(self.option("ts_max_time")[0] / interval * (1 + 1e-12))) + 1
+        self.assertEqual(len(found["time"]), rows)
+        np.testing.assert_array_almost_equal_nulp(found["time"], np.arange(rows) * interval, 1)
+        for name, column in found.items():
+            self.assertTrue(np.isfinite(column).all(), name)
+
+    def test_gauges_agree_with_fields(self):
+        found, fields = self.run.csv("gauges.csv"), self.file["fields"]
+        common, rows, fields_rows = np.intersect1d(np.round(found["time"], 9), np.round(fields["time"][()], 9), return_indices=True)
+        self.assertGreater(len(common), 1, "times that both have")
+        for gauge, node in enumerate(self.file["gauge_node"][()]):
+            for column, field in (("mass", "mass_position"), ("velocity", "mass_velocity"), ("line", "line_position")):
+                np.testing.assert_allclose(
+                    found[f"{column}_{gauge}"][rows], fields[field][()][fields_rows, node], rtol=1e-12, atol=1e-12, err_msg=column
+                )
+
+    def test_headers(self):
+        self.assertEqual(self.header("energy.csv"), ENERGY_COLUMNS)
+        self.assertEqual(self.header("impacts.csv"), IMPACT_COLUMNS)
+        self.assertEqual(self.header("rests.csv"), REST_COLUMNS)
+
+    def test_energy(self):
+        energy = self.run.csv("energy.csv")
+        np.testing.assert_array_equal(energy["time"], self.run.csv("gauges.csv")["time"])
+        # The default error control asks for 1e-8 per step; a run of some hundred steps adds up to less than 1e-5.
+        self.assertLess(np.abs(energy["drift"]).max(), 1e-5)
+        self.assertLess(abs(self.summary["energy_drift"]), 1e-5)
+        parts = energy["kinetic"] + energy["line_strain"] + energy["fictitious_springs"] + energy["load_potential"]
+        np.testing.assert_allclose(parts, energy["total"], rtol=1e-12, atol=1e-9 * np.abs(energy["total"]).max())
+        np.testing.assert_array_less(-1e-9, np.diff(energy["lost_in_impacts"]))
+        last = self.run.csv("impacts.csv")["energy_loss"].sum()
+        np.testing.assert_allclose(energy["lost_in_impacts"][-1], last, rtol=1e-6, atol=1e-6 * energy["kinetic"].max())
+
+    def test_summary(self):
+        self.assertLessEqual(set(SUMMARY_KEYS), set(self.summary))
+        self.assertEqual(self.summary["elements"], self.file.attrs["elements"])
+        self.assertEqual(self.summary["ranks"], 1)
+        self.assertEqual(len(self.summary["support_impulse"]), len(self.file["support_position"]))
+        impacts, rests = self.run.csv("impacts.csv"), self.run.csv("rests.csv")
+        self.assertEqual(self.summary["impacts"], len(impacts["time"]))
+        self.assertEqual(self.summary["rests"], int(np.count_nonzero(rests["event"] == "rest")))
+        self.assertEqual(self.summary["releases"], int(np.count_nonzero(rests["event"] == "release")))
+        self.assertGreaterEqual(self.summary["line_solves"], self.summary["rhs_evaluations"])
+        self.assertGreater(self.summary["rhs_evaluations"], self.summary["steps"])
+        self.assertGreater(self.summary["peak_memory_bytes"], 1e6)
+        self.assertLess(self.summary["peak_memory_bytes"], 1e9)
+        text = self.run.file("summary.json").read_text()
+        self.assertNotIn("NaN", text)
+        self.assertNotIn("Infinity", text)
+
+    def test_first_contact_is_the_free_fall(self):
+        drop = self.option("initial_height")[0] - min(self.file["support_height"][()])
+        fall = np.sqrt(2 * drop / GRAVITY)
+        self.assertAlmostEqual(self.summary["first_contact_time"], fall, delta=1e-7)
+        impacts = self.run.csv("impacts.csv")
+        self.assertAlmostEqual(impacts["time"][0], fall, delta=1e-7)
+        self.assertAlmostEqual(impacts["velocity_before"][0], -GRAVITY * fall, delta=1e-5)
+        self.assertGreaterEqual(self.summary["last_contact_time"], impacts["time"][-1])
+
+    def test_impacts(self):
+        impacts = self.run.csv("impacts.csv")
+        restitution = self.file["support_restitution"][()][impacts["support"].astype(int)]
+        self.assertTrue((impacts["velocity_before"] < 0).all())
+        rebound = -restitution * impacts["velocity_before"]
+        self.assertTrue((np.isclose(impacts["velocity_after"], rebound, rtol=1e-12) | (impacts["velocity_after"] == 0)).all())
+        mass = lumped_masses(self.file.attrs["elements"])[impacts["node"].astype(int)]
+        np.testing.assert_allclose(impacts["impulse"], mass * (impacts["velocity_after"] - impacts["velocity_before"]), rtol=1e-9)
+        np.testing.assert_allclose(impacts["x"], self.file["x"][()][impacts["node"].astype(int)], rtol=1e-15)
+        order = np.lexsort((impacts["node"], impacts["time"]))
+        np.testing.assert_array_equal(order, np.arange(len(order)), err_msg="in order of time, then node")
+
+    def test_symmetry(self):
+        """A symmetric case stays symmetric: left and right nodes are hit at the same times up to the tenth impact."""
+        impacts, nodes = self.run.csv("impacts.csv"), self.summary["elements"]
+        for node in np.unique(impacts["node"]):
+            left, right = (impacts["time"][impacts["node"] == n][:5] for n in (node, nodes - node))
+            np.testing.assert_allclose(left, right, rtol=0, atol=1e-10)
+
+    def test_results_file(self):
+        file, supports = self.file, len(self.file["support_position"])
+        for name in ROOT_ATTRIBUTES:
+            self.assertIn(name, file.attrs)
+        self.assertEqual(file.attrs["filter_frequency"], 50)
+        self.assertEqual(file.attrs["ranks"], 1)
+        nodes = int(file.attrs["elements"]) + 1
+        np.testing.assert_allclose(file["x"][()], np.linspace(0, self.option("beam_length")[0], nodes), rtol=1e-14)
+        np.testing.assert_array_equal(file["gauge_position"][()], self.option("gauge_position"))
+        self.assertEqual(file["gauge_node"].dtype, np.int64)
+        for name in SUPPORT_DATASETS:
+            self.assertEqual((file[name].shape, file[name].dtype), ((supports,), np.float64), name)
+        np.testing.assert_array_equal(file["support_side"][()], 1)
+        rows = len(file["fields/time"])
+        interval = self.option("output_field_interval")[0]
+        np.testing.assert_allclose(file["fields/time"][()], np.arange(rows) * interval, rtol=1e-15)
+        for name in FIELDS:
+            self.assertEqual((file["fields"][name].shape, file["fields"][name].dtype), ((rows, nodes), np.float64), name)
+        self.assertEqual((file["fields/resting"].shape, file["fields/resting"].dtype), ((rows, nodes), np.uint8))
+        np.testing.assert_allclose(file["fields/moment"][()][:, [0, -1]], 0, atol=1e-6, err_msg="free ends carry no moment")
+
+    def test_tables_in_results_file(self):
+        for name, columns in (("impacts", IMPACT_COLUMNS), ("rests", "time,node,x,support,release"), ("energy", ENERGY_COLUMNS)):
+            table, text = self.file[name], self.run.csv(f"{name}.csv")
+            self.assertEqual(list(table.dtype.names), columns.split(","), name)
+            self.assertEqual(len(table), len(text["time"]), name)
+            for column in columns.split(","):
+                if column != "release":
+                    np.testing.assert_array_equal(table[column], text[column], err_msg=f"{name}: {column}")
+        np.testing.assert_array_equal(self.file["rests"]["release"] != 0, self.run.csv("rests.csv")["event"] == "release")
+
+    def test_xdmf(self):
+        path = self.run.file("results.xdmf")
+        tree = xml.etree.ElementTree.parse(path)
+        references = [item for item in tree.iter("DataItem") if item.get("Format") == "HDF"]
+        self.assertGreater(len(references), 0)
+        for item in references:
+            name, dataset = item.text.strip().split(":")
+            self.assertTrue((path.parent / name).is_file(), item.text)
+            dimensions = tuple(int(word) for word in item.get("Dimensions").split())
+            self.assertEqual(name, "results.h5")
+            self.assertIn(dataset, self.file)
+            shape = self.file[dataset].shape
+            self.assertEqual(len(dimensions), len(shape), item.text)
+            self.assertEqual(dimensions[1:], shape[1:], item.text)
+            # A row of a growing field may know no more rows than there were when it was written.
+            self.assertTrue(dimensions[0] == shape[0] or (len(shape) > 1 and dimensions[0] <= shape[0]), item.text)
+        rows, nodes = self.file["fields/moment"].shape
+        self.assertEqual(len(list(tree.iter("Time"))), rows, "one time for every row of the fields")
+        for slab in tree.iter("DataItem"):
+            if slab.get("ItemType") == "HyperSlab":
+                begin, stride, count = np.array(slab[0].text.split(), int).reshape(3, -1)
+                size = np.array(slab[1].get("Dimensions").split(), int)
+                self.assertTrue((begin + (count - 1) * stride < size).all(), "hyperslab inside its dataset")
+        names = {attribute.get("Name") for attribute in tree.iter("Attribute")}
+        self.assertLessEqual({"moment", "mass_position", "mass_velocity"}, names)
+
+
+class Balance(UdarTest):
+    def momentum(self, changes):
+        end = 1.0
+        result = self.run_case(case(ts_max_time=end, output_field_interval=end, ts_rtol=1e-10, **changes))
+        data = datasets(result.file("results.h5"))
+        mass = lumped_masses(20)
+        change = mass @ (data["fields/mass_velocity"][-1] - data["fields/mass_velocity"][0])
+        impulse = result.summary()["support_impulse"]
+        self.assertAlmostEqual(sum(impulse), change + STEEL_MASS * GRAVITY * end, delta=1e-6 * STEEL_MASS * GRAVITY, msg=result)
+        self.assertLess(abs(result.summary()["energy_drift"]), 1e-7)
+        return impulse
+
+    def test_momentum_elastic(self):
+        left, right = self.momentum({"contact_restitution": 1})
+        self.assertAlmostEqual(left, right, delta=1e-6 * left)
+
+    def test_momentum_with_rests(self):
+        self.momentum({"contact_restitution": 0.5})
+
+    def test_momentum_plastic_pads(self):
+        self.momentum({"contact_restitution": 0, "support_width": 1})
+
+    def test_momentum_floor(self):
+        """Flat on the floor with e = 0: all stick at once, and the floor then carries the weight."""
+        (impulse,) = self.momentum({"contact_restitution": 0, "support_position": None, "floor": True})
+        self.assertAlmostEqual(impulse, STEEL_MASS * GRAVITY, delta=1e-6 * STEEL_MASS * GRAVITY)
+
+    def test_zeno(self):
+        """A flat fall bounces at t0 + 2 t0 (e + e^2 + ...) and rests at t0 (1 + e) / (1 - e)."""
+        e, fall = 0.5, np.sqrt(2 / GRAVITY)
+        result = self.run_case(
+            case(support_position=None, floor=True, contact_restitution=e, contact_tolerance=1e-9, ts_max_time=2, ts_rtol=1e-10)
+        )
+        impacts, rests = result.csv("impacts.csv"), result.csv("rests.csv")
+        times = impacts["time"][impacts["node"] == 7]
+        expected = fall * (1 + 2 * np.cumsum([0, *e ** np.arange(1.0, 12.0)]))
+        np.testing.assert_allclose(times[:12], expected, rtol=0, atol=1e-7)
+        self.assertEqual(len(rests["time"]), 21, result)
+        # What is left of the series when a hop of 1e-9 m ends it.
+        np.testing.assert_allclose(rests["time"], fall * (1 + e) / (1 - e), rtol=0, atol=4 * np.sqrt(2 * 1e-9 / GRAVITY))
+        np.testing.assert_allclose(result.csv("gauges.csv")["mass_0"][-1], 0, atol=1e-12)
+
+
+class Printing(UdarTest):
+    def test_view(self):
+        result = self.run_case(case(filter_frequency=50, beam_elements=80, udar_view=True, ts_max_time=0.01))
+        for words in (("frequenc", "rad/s"), ("decay",), ("stiffness",), ("sag",), ("warning",)):
+            for word in words:
+                self.assertIn(word, (result.out + result.err).lower(), f"-udar_view{result}")
+        decay = (4 * 2.1e11 * np.pi * 0.1**4 / 4 / (7850 * np.pi * 0.1**2 * 50**2)) ** 0.25
+        self.assertIn(f"{decay:.2g}", result.out + result.err, "decay length of the line [m]")
+
+    def test_help(self):
+        result = run({"help": True}, cwd=self.scratch)
+        self.assertEqual(result.code, 0, result)
+        for name in HELP_OPTIONS:
+            self.assertRegex(result.out, rf"-{name}\b", "missing in -help")
+        for unit in HELP_UNITS:
+            self.assertIn(unit, result.out)
+        self.assertEqual(list(self.scratch.iterdir()), [], "-help writes nothing")
+
+    def test_minimal_case(self):
+        """The filter frequency and a beam are enough; results go where they are told."""
+        result = self.run_case({"filter_frequency": 100, "ts_max_time": 0.1})
+        self.assertTrue(result.file("summary.json").is_file())
+
+
+class Interrupted(UdarTest):
+    def test_sigint(self):
+        """A long run ends in order with exit code 130, readable files and a restart file that goes on."""
+        options = case(
+            output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5, output_field_interval=0.5, restart_interval=1.0
+        )
+        process = start(command(options), cwd=self.scratch)
+        gauges = self.scratch / "run" / "gauges.csv"
+        for _ in range(200):
+            if (self.scratch / "run" / "restart.h5").exists() or process.poll() is not None:
+                break
+            time.sleep(0.05)
+        out, err = self.interrupt(process, after=0.5)
+        self.assertEqual(process.returncode, 130, out + err)
+        self.assertNotIn("PETSC ERROR", err)
+        rows = len(gauges.read_text().splitlines())
+        self.assertGreater(rows, 2, "rows written before the signal")
+        with h5py.File(self.scratch / "run" / "results.h5", "r") as file:
+            times = file["fields/time"][()]
+            self.assertGreater(len(times), 1)
+            self.assertEqual(len(file["energy"]), rows - 1)
+        json.loads((self.scratch / "run" / "summary.json").read_text())
+        xml.etree.ElementTree.parse(self.scratch / "run" / "results.xdmf")
+        reached = (rows - 2) * 0.5
+        rest = self.run_case(
+            {**options, "restart_file": self.scratch / "run" / "restart.h5", "ts_max_time": reached + 2.0}, name="rest"
+        )
+        after = rest.csv("gauges.csv")["time"]
+        self.assertEqual(after[-1], reached + 2.0)
+        self.assertLessEqual(after[0], reached + 0.5, "nothing is missing between the files")
+
+    def test_killed_run_leaves_a_usable_checkpoint(self):
+        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5, restart_interval=0.5)
+        process = start(command(options), cwd=self.scratch)
+        checkpoint = self.scratch / "run" / "restart.h5"
+        for _ in range(200):
+            if checkpoint.exists() or process.poll() is not None:
+                break
+            time.sleep(0.05)
+        time.sleep(0.3)
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        rest = self.run_case({**options, "restart_file": checkpoint, "ts_max_steps": 100}, name="rest")
+        self.assertGreater(rest.summary()["steps"], 100)
+
+
+class Integrators(UdarTest):
+    """Every integrator that is accepted finds the same motion."""
+
+    def gauge(self, name, **changes):
+        result = self.run_case(case(filter_frequency=50, ts_max_time=0.6, contact_restitution=0.5, **changes), name=name)
+        return result.csv("gauges.csv"), result.summary()
+
+    def test_agreement(self):
+        expected, summary = self.gauge("5dp", ts_rtol=1e-11)
+        for name, tolerance, changes in (
+            ("3bs", 1e-4, {"ts_rk_type": "3bs"}),
+            ("5f", 1e-4, {"ts_rk_type": "5f"}),
+            ("5bs", 1e-5, {"ts_rk_type": "5bs"}),
+            ("8vr", 1e-6, {"ts_rk_type": "8vr", "ts_rtol": 1e-11}),
+            ("rk4", 1e-5, {"ts_rk_type": "4", "ts_dt": 5e-4, "ts_adapt_type": "none"}),
+            ("euler", 1e-2, {"ts_type": "euler", "ts_dt": 2e-5}),
+            ("ssp", 1e-4, {"ts_type": "ssp", "ts_dt": 5e-4}),
+        ):
+            with self.subTest(integrator=name):
+                found, other = self.gauge(name, **changes)
+                for column in ("mass_0", "mass_2", "line_2"):
+                    off = np.abs(found[column] - expected[column]).max()
+                    self.assertLess(off, tolerance, f"{column} of {name} against 5dp [m]")
+                if name == "8vr":
+                    self.assertLess(other["steps"], summary["steps"], "eighth order takes fewer steps")
+
+
+def as_text(value):
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+if __name__ == "__main__":
+    unittest.main()

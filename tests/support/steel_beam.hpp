@@ -1,0 +1,89 @@
+#pragma once
+/// @file
+/// The steel beam of example 01, and the pieces a run on it needs.
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/structure/section.hpp"
+
+namespace udar::test {
+
+/// 10 m, solid circle of radius 0.1 m, E = 2.1e11 Pa, 7850 kg/m^3, both ends free.
+inline BeamParameters steel_beam(PetscInt elements) {
+  const Section section = circle_section(0.1, 0.3);
+  return {.segments = {{.length = 10.0,
+                        .elements = elements,
+                        .bending_stiffness = 2.1e11 * section.inertia,
+                        .mass_per_length = 7850.0 * section.area}},
+          .left = {},
+          .right = {},
+          .tension = 0.0,
+          .point_masses = {}};
+}
+
+constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};
+constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = BeamEnd::kRigid};
+
+/// A whole run: build, then set PETSc options that shape the integration, then `solve`.
+struct Fall {
+  BeamChain beam;
+  FilteredLine line;
+  Loads loads;
+  Equations equations;
+  ImpactDynamics dynamics;
+
+  Fall(BeamParameters parameters, double filter_frequency, double gravity, const InitialState& initial,
+       std::vector<Support> supports, ContactParameters contact = {}, std::vector<NodalLoad> nodal = {})
+      : beam{PETSC_COMM_WORLD, std::move(parameters)},
+        line{beam, {.filter_frequency = filter_frequency}},
+        loads{beam, gravity, nodal},
+        equations{line, loads, initial},
+        dynamics{equations, std::move(supports), initial, contact} {}
+};
+
+/// Sets a PETSc option for the life of the object.
+class Option {
+ public:
+  Option(const char* key, const char* value) : key_{key} { UDAR_CALL(PetscOptionsSetValue(nullptr, key, value)); }
+  Option(const Option&) = delete;
+  Option& operator=(const Option&) = delete;
+  ~Option() { PetscOptionsClearValue(nullptr, key_); }
+
+ private:
+  const char* key_;
+};
+
+/// Keeps what this rank hears.
+class Recorder final : public Observer {
+ public:
+  explicit Recorder(double interval = 0.0) : interval_{interval} {}
+  [[nodiscard]] double interval() const override { return interval_; }
+  void snapshot(const Snapshot& state) override {
+    times.push_back(state.time);
+    positions.emplace_back(state.mass_position.begin(), state.mass_position.end());
+    velocities.emplace_back(state.mass_velocity.begin(), state.mass_velocity.end());
+    lines.emplace_back(state.line_position.begin(), state.line_position.end());
+    energies.push_back(state.energy);
+  }
+  void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> stops) override {
+    impacts.insert(impacts.end(), hits.begin(), hits.end());
+    rests.insert(rests.end(), stops.begin(), stops.end());
+  }
+
+  std::vector<double> times;
+  std::vector<std::vector<double>> positions;
+  std::vector<std::vector<double>> velocities;
+  std::vector<std::vector<double>> lines;
+  std::vector<EnergyLedger> energies;
+  std::vector<ImpactRecord> impacts;
+  std::vector<RestRecord> rests;
+
+ private:
+  double interval_;
+};
+
+}  // namespace udar::test

@@ -1,0 +1,378 @@
+/// @file
+/// The motion against closed forms: flight, bounces, rest, exact impacts of few masses, energy, static equilibrium.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "support/dense.hpp"
+#include "support/steel_beam.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kGravity = 9.81;
+
+double x_of(const BeamChain& beam, std::size_t local) {
+  return beam.position(beam.begin() + static_cast<PetscInt>(local));
+}
+
+TEST(FreeFlight, FollowsTheParabolaWithRotation) {
+  const test::Option end{"-ts_max_time", "0.7"};
+  const InitialState initial{.height = 20.0, .slope = 0.02, .velocity = 1.5, .angular_velocity = 0.3};
+  test::Fall fall{test::steel_beam(30), 100.0, kGravity, initial, {Support::floor(0.0, 1.0)}};
+  test::Recorder record{0.07};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  ASSERT_EQ(record.times.size(), 11U);
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    const double t = record.times[k];
+    EXPECT_DOUBLE_EQ(t, 0.07 * static_cast<double>(k));
+    for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
+      const double arm = x_of(fall.beam, i) - 5.0;
+      // Small rotations: straight-line motion of every mass. 1e-12: round-off of 20 m over 70 steps.
+      EXPECT_NEAR(record.positions[k][i], 20.0 + 0.02 * arm + (1.5 + 0.3 * arm) * t - 0.5 * kGravity * t * t, 1e-12);
+      EXPECT_NEAR(record.velocities[k][i], 1.5 + 0.3 * arm - kGravity * t, 1e-11);
+      EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - kGravity / 1e4, 1e-12);
+    }
+  }
+  EXPECT_EQ(fall.dynamics.counts().impacts, 0);
+}
+
+TEST(FlatFall, BouncesAsABallAndRestsAtTheZenoTime) {
+  const test::Option end{"-ts_max_time", "2.0"};
+  const double e = 0.5;
+  const InitialState initial{.height = 1.0};
+  test::Fall fall{test::steel_beam(20), 100.0,   kGravity,
+                  initial,              {Support::floor(0.0, e)}, {.hop_tolerance = 1e-17}};
+  test::Recorder record{2.0};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const auto masses = static_cast<std::size_t>(fall.beam.local_nodes());
+  ASSERT_EQ(record.impacts.size() % masses, 0U);
+  const double t0 = std::sqrt(2.0 / kGravity);
+  double expected = t0;
+  for (std::size_t bounce = 0; bounce < record.impacts.size() / masses; ++bounce) {
+    for (std::size_t i = 0; i < masses; ++i) {
+      const ImpactRecord& hit = record.impacts[bounce * masses + i];
+      ASSERT_NEAR(hit.time, expected, 1e-8) << "bounce " << bounce;
+      ASSERT_NEAR(hit.velocity_before, -kGravity * t0 * std::pow(e, static_cast<double>(bounce)), 1e-8);
+    }
+    expected += 2.0 * t0 * std::pow(e, static_cast<double>(bounce) + 1.0);
+  }
+  ASSERT_EQ(record.rests.size(), masses);
+  for (const RestRecord& rest : record.rests) {
+    EXPECT_FALSE(rest.release);
+    EXPECT_NEAR(rest.time, t0 * (1.0 + e) / (1.0 - e), 1e-8);
+  }
+  for (std::size_t i = 0; i < masses; ++i) {
+    EXPECT_EQ(record.positions.back()[i], 0.0);
+    EXPECT_EQ(record.velocities.back()[i], 0.0);
+    EXPECT_NEAR(record.lines.back()[i], -kGravity / 1e4, 1e-12);
+  }
+  const EnergyLedger& last = record.energies.back();
+  EXPECT_NEAR(last.lost_in_impacts, fall.beam.total_mass() * kGravity, 1e-8 * fall.beam.total_mass() * kGravity);
+  EXPECT_LT(std::abs(last.drift()), 1e-12);
+  // Momentum: the floor took what gravity gave.
+  EXPECT_NEAR(fall.dynamics.support_impulses().front(), fall.beam.total_mass() * kGravity * 2.0,
+              1e-9 * fall.beam.total_mass() * kGravity * 2.0);
+}
+
+TEST(FlatFall, WithoutRestitutionRestsAtOnce) {
+  const test::Option end{"-ts_max_time", "0.6"};
+  const InitialState initial{.height = 1.0};
+  test::Fall fall{test::steel_beam(10), 100.0, kGravity, initial, {Support::floor(0.0, 0.0)}};
+  fall.dynamics.solve();
+  EXPECT_EQ(fall.dynamics.counts().impacts, 11);
+  EXPECT_EQ(fall.dynamics.counts().rests, 11);
+  EXPECT_NEAR(fall.dynamics.counts().first_contact_time, std::sqrt(2.0 / kGravity), 1e-12);
+  for (const double position : fall.dynamics.masses().position) {
+    EXPECT_EQ(position, 0.0);
+  }
+}
+
+TEST(FlatFall, KeepsItsEnergyWhenElastic) {
+  const test::Option end{"-ts_max_time", "9.5"};
+  const InitialState initial{.height = 1.0};
+  test::Fall fall{test::steel_beam(10), 100.0, kGravity, initial, {Support::floor(0.0, 1.0)}};
+  test::Recorder record{0.5};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  // Bounces at t0, 3 t0, 5 t0, ... with t0 = 0.4515 s: eleven of eleven masses.
+  EXPECT_EQ(fall.dynamics.counts().impacts, 11 * 11);
+  EXPECT_LT(std::abs(record.energies.back().drift()), 1e-12);
+}
+
+/// One element without bending: two masses that bounce as balls, each in its own rhythm.
+TEST(TwoMasses, BounceIndependentlyOnATiltedStart) {
+  const test::Option end{"-ts_max_time", "1.5"};
+  const InitialState initial{.height = 0.8, .slope = 0.05};  // ends at 0.55 m and 1.05 m
+  const auto supports = std::vector<Support>{Support::floor(0.1, 0.7)};
+  test::Fall fall{test::steel_beam(1), 60.0, kGravity, initial, supports};
+  test::Recorder record{0.1};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const std::array<double, 2> drop{0.45, 0.95};
+  std::array<std::size_t, 2> bounces{};
+  for (const ImpactRecord& hit : record.impacts) {
+    const auto end_node = static_cast<std::size_t>(hit.node);
+    const double t0 = std::sqrt(2.0 * drop[end_node] / kGravity);
+    const auto k = static_cast<double>(bounces[end_node]++);
+    const double expected = t0 + 2.0 * t0 * 0.7 * (1.0 - std::pow(0.7, k)) / (1.0 - 0.7);
+    EXPECT_NEAR(hit.time, expected, 1e-12 * (k + 1.0)) << "node " << hit.node << " bounce " << k;
+    EXPECT_NEAR(hit.impulse, fall.beam.mass(hit.node) * 1.7 * kGravity * t0 * std::pow(0.7, k), 1e-8);
+  }
+}
+
+/// The tip mass of a one-element cantilever is an oscillator with lambda = wf w / sqrt(wf^2 + w^2); between two stops
+/// its impacts have closed-form times.
+TEST(OneMass, VibratesBetweenStopsInClosedForm) {
+  const test::Option end{"-ts_max_time", "2.0"};
+  const test::Option tolerance{"-ts_rtol", "1e-12"};
+  BeamParameters parameters = test::steel_beam(1);
+  parameters.left = test::kClamped;
+  const double stiffness = 3.0 * parameters.segments[0].bending_stiffness / 1000.0;
+  const double mass = 0.5 * parameters.segments[0].mass_per_length * 10.0;
+  const double wf = 9.0;
+  const double w = std::sqrt(stiffness / mass);
+  const double lambda = wf * w / std::hypot(wf, w);
+  InitialState initial{.height = 0.0};
+  initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.2}, .velocity = {}};
+  const std::vector<Support> stops{
+      {.position = 10.0, .height = -0.1, .restitution = 1.0, .side = SupportSide::below},
+      {.position = 10.0, .height = 0.25, .restitution = 1.0, .side = SupportSide::above}};
+  test::Fall fall{parameters, wf, 0.0, initial, stops};
+  test::Recorder record{0.1};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  // From 0.2 at rest down to -0.1, mirrored there, back to 0.2 at rest, and so on; the upper stop is never reached.
+  const double first = std::acos(-0.5) / lambda;
+  std::array<double, 2> local{static_cast<double>(record.impacts.size()), 0.0};
+  for (std::size_t k = 0; k < record.impacts.size(); ++k) {
+    local[1] = std::max(local[1], std::abs(record.impacts[k].time - first * static_cast<double>(2 * k + 1)));
+    EXPECT_EQ(record.impacts[k].support, 0);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, local.data(), 2, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  EXPECT_EQ(local[0], std::floor((2.0 / first + 1.0) / 2.0));
+  EXPECT_GE(local[0], 2.0);
+  EXPECT_LT(local[1], 1e-9);
+}
+
+TEST(OneMass, HitsBothStops) {
+  const test::Option end{"-ts_max_time", "1.0"};
+  const test::Option tolerance{"-ts_rtol", "1e-12"};
+  BeamParameters parameters = test::steel_beam(1);
+  parameters.left = test::kClamped;
+  parameters.segments[0].bending_stiffness = 1e-3;  // a free mass on a line without strength
+  InitialState initial{.height = 0.0};
+  initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.0}, .velocity = {0.0, 3.0}};
+  const std::vector<Support> stops{
+      {.position = 10.0, .height = -0.1, .restitution = 0.8, .side = SupportSide::below},
+      {.position = 10.0, .height = 0.2, .restitution = 0.8, .side = SupportSide::above}};
+  test::Fall fall{parameters, 9.0, 0.0, initial, stops};
+  test::Recorder record;
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  double time = 0.2 / 3.0;
+  double speed = 3.0;
+  for (std::size_t k = 0; k < record.impacts.size(); ++k) {
+    EXPECT_NEAR(record.impacts[k].time, time, 1e-8);  // the line keeps a stiffness of 1e-9 of the filter spring
+    EXPECT_EQ(record.impacts[k].support, k % 2 == 0 ? 1 : 0);
+    speed *= 0.8;
+    time += 0.3 / speed;
+  }
+  auto hits = static_cast<int>(record.impacts.size());
+  MPI_Allreduce(MPI_IN_PLACE, &hits, 1, MPI_INT, MPI_MAX, PETSC_COMM_WORLD);
+  EXPECT_GE(hits, 4);
+}
+
+TEST(ElasticImpact, KeepsTheEnergyOverTwentyImpacts) {
+  const test::Option end{"-ts_max_time", "2.0"};
+  const test::Option tolerance{"-ts_rtol", "1e-10"};
+  for (const double wf : {50.0, 100.0, 400.0}) {
+    const InitialState initial{.height = 1.0};
+    test::Fall fall{test::steel_beam(20), wf, kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
+    test::Recorder record{0.05};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    EXPECT_GE(fall.dynamics.counts().impacts, 20) << "wf = " << wf;
+    for (const EnergyLedger& energy : record.energies) {
+      EXPECT_LT(std::abs(energy.drift()), 1e-9) << "wf = " << wf;
+      EXPECT_EQ(energy.lost_in_impacts, 0.0);
+    }
+  }
+}
+
+TEST(InelasticImpact, BalancesItsEnergy) {
+  const test::Option end{"-ts_max_time", "1.5"};
+  const test::Option tolerance{"-ts_rtol", "1e-10"};
+  for (const double e : {0.0, 0.5}) {
+    const InitialState initial{.height = 1.0};
+    test::Fall fall{test::steel_beam(20),
+                    100.0,
+                    kGravity,
+                    initial,
+                    {{.position = 2.0, .width = 1.0, .restitution = e}, {.position = 8.0, .restitution = e}}};
+    test::Recorder record{0.05};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    EXPECT_GT(fall.dynamics.counts().rests, 0);
+    EXPECT_GT(fall.dynamics.counts().releases, 0);
+    EXPECT_GT(record.energies.back().lost_in_impacts, 1000.0);
+    EXPECT_LT(std::abs(record.energies.back().drift()), 1e-9) << "e = " << e;
+  }
+}
+
+TEST(SymmetricFall, StaysSymmetricToRoundOff) {
+  const test::Option end{"-ts_max_time", "0.6"};
+  const InitialState initial{.height = 1.0};
+  test::Fall fall{test::steel_beam(20), 100.0, kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
+  fall.dynamics.solve();
+  const MassState masses = fall.dynamics.masses();
+  std::vector<double> all(21, 0.0);
+  std::ranges::copy(masses.position, all.begin() + fall.beam.begin());
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), 21, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  EXPECT_GE(fall.dynamics.counts().impacts, 10);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_NEAR(all[i], all[20 - i], 1e-12);  // round-off of 1e-16 grown over seven elastic impacts
+  }
+}
+
+/// Masses on wide supports rest, the others hang on the line: starting there nothing may move.
+TEST(StaticSag, OfABeamOnWideSupportsStays) {
+  const test::Option end{"-ts_max_time", "0.5"};
+  const double wf = 100.0;
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
+  const std::vector<Support> supports{{.position = 1.0, .width = 1.0, .restitution = 0.5},
+                                      {.position = 9.0, .width = 1.0, .restitution = 0.5}};
+  const auto n = static_cast<std::size_t>(beam.nodes());
+  // Which masses press on their support in equilibrium follows by dropping those that pull, until none does.
+  std::vector<bool> resting(n, false);
+  for (const Support& support : supports) {
+    const auto [first, last] = touched_nodes(beam, support);
+    std::fill(resting.begin() + first, resting.begin() + last + 1, true);
+  }
+  const test::Dense stiffness = test::line_stiffness(beam);
+  std::vector<double> line;
+  for (bool settled = false; !settled;) {
+    settled = true;
+    test::Dense matrix = stiffness;
+    std::vector<double> weight(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double mass = beam.mass(static_cast<PetscInt>(i));
+      weight[i] = -kGravity * mass;
+      matrix(i, i) += resting[i] ? wf * wf * mass : 0.0;
+    }
+    line = test::solve(matrix, weight);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (resting[i] && line[i] > 0.0) {
+        resting[i] = false;
+        settled = false;
+      }
+    }
+  }
+  InitialState initial{.height = 0.0};
+  for (std::size_t i = 0; i < n; ++i) {
+    initial.shape.x.push_back(beam.position(static_cast<PetscInt>(i)));
+    // A mass that does not press stands where the line is, above the support or free between them.
+    initial.shape.offset.push_back(resting[i] ? 0.0 : line[i]);
+  }
+  test::Fall fall{test::steel_beam(40), wf, kGravity, initial, supports};
+  test::Recorder record{0.05};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  EXPECT_EQ(fall.dynamics.counts().resting, std::ranges::count(resting, true));
+  EXPECT_EQ(fall.dynamics.counts().releases, 0);
+  const auto first = static_cast<std::size_t>(beam.begin());
+  const double sag = -*std::ranges::min_element(line);
+  EXPECT_GT(sag, 0.01);  // 4 m of overhang and 8 m of span do bend
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
+      EXPECT_NEAR(record.positions[k][i], resting[first + i] ? 0.0 : line[first + i], 1e-9);
+      EXPECT_NEAR(record.lines[k][i], line[first + i], 1e-9);
+    }
+  }
+}
+
+/// A load that grows and stays on a free beam: momentum and work follow from the table.
+TEST(TimeTable, GivesItsImpulseAndItsWork) {
+  const test::Option end{"-ts_max_time", "0.5"};
+  const test::Option tolerance{"-ts_rtol", "1e-11"};
+  const NodalLoad load{.position = 3.0, .time = {0.05, 0.123, 0.3}, .force = {0.0, 4000.0, -1000.0}};
+  test::Fall fall{test::steel_beam(20), 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
+  test::Recorder record{0.1};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  double momentum = 0.0;
+  const MassState masses = fall.dynamics.masses();
+  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
+    momentum += fall.beam.mass(fall.beam.begin() + static_cast<PetscInt>(i)) * masses.velocity[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  const double impulse = 0.5 * 4000.0 * 0.073 + 0.5 * 3000.0 * 0.177 - 1000.0 * 0.2;
+  EXPECT_NEAR(momentum, impulse, 1e-8 * impulse);
+  EXPECT_GT(std::abs(record.energies.back().total()), 1.0);
+  EXPECT_LT(std::abs(record.energies.back().drift()), 1e-8);
+}
+
+TEST(DenseOutput, IsNoWorseThanTheOneOfTheIntegrator) {
+  // PETSc's interpolant of 5dp is of order 4, the quintic through both ends of order 5: halfway through one step of a
+  // vibrating beam the latter must be at least as close to the exact motion.
+  BeamParameters parameters = test::steel_beam(1);
+  parameters.left = test::kClamped;
+  const double wf = 9.0;
+  const double w = std::sqrt(3.0 * parameters.segments[0].bending_stiffness / 1000.0 /
+                             (0.5 * parameters.segments[0].mass_per_length * 10.0));
+  const double lambda = wf * w / std::hypot(wf, w);
+  for (const double h : {0.05, 0.1}) {
+    const auto exact = [&](double t) {
+      return Kinematics{.position = std::cos(lambda * t),
+                        .velocity = -lambda * std::sin(lambda * t),
+                        .acceleration = -lambda * lambda * std::cos(lambda * t)};
+    };
+    const StepPolynomial quintic{exact(0.0), exact(h), h};
+    petsc::TimeStepper stepper;
+    petsc::Vector state;
+    petsc::Vector middle;
+    UDAR_CALL(TSCreate(PETSC_COMM_SELF, stepper.put()));
+    UDAR_CALL(VecCreateSeq(PETSC_COMM_SELF, 2, state.put()));
+    UDAR_CALL(VecDuplicate(state, middle.put()));
+    UDAR_CALL(VecSetValue(state, 0, 1.0, INSERT_VALUES));
+    UDAR_CALL(TSSetType(stepper, TSRK));
+    UDAR_CALL(TSRKSetType(stepper, TSRK5DP));
+    double square = lambda * lambda;
+    UDAR_CALL(TSSetRHSFunction(
+        stepper, nullptr,
+        [](TS, PetscReal, Vec u, Vec f, void* context) -> PetscErrorCode {
+          const double* from = nullptr;
+          double* to = nullptr;
+          VecGetArrayRead(u, &from);
+          VecGetArray(f, &to);
+          to[0] = from[1];
+          to[1] = -*static_cast<double*>(context) * from[0];
+          VecRestoreArray(f, &to);
+          VecRestoreArrayRead(u, &from);
+          return 0;
+        },
+        &square));
+    TSAdapt adapt = nullptr;
+    UDAR_CALL(TSGetAdapt(stepper, &adapt));
+    UDAR_CALL(TSAdaptSetType(adapt, TSADAPTNONE));
+    UDAR_CALL(TSSetTimeStep(stepper, h));
+    UDAR_CALL(TSSetMaxSteps(stepper, 1));
+    UDAR_CALL(TSSetExactFinalTime(stepper, TS_EXACTFINALTIME_STEPOVER));
+    UDAR_CALL(TSSolve(stepper, state));
+    UDAR_CALL(TSInterpolate(stepper, 0.5 * h, middle));
+    double theirs = 0.0;
+    const PetscInt zero = 0;
+    UDAR_CALL(VecGetValues(middle, 1, &zero, &theirs));
+    const double truth = exact(0.5 * h).position;
+    EXPECT_LE(std::abs(quintic.position(0.5) - truth), std::abs(theirs - truth)) << "lambda h = " << lambda * h;
+  }
+}
+
+}  // namespace
+}  // namespace udar

@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+"""The answer does not depend on the number of ranks, and a restarted run goes on as if it had never stopped."""
+
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from common import UdarTest, case, datasets
+
+# The orbits of these cases amplify a difference up to their end by less than 1000 (data/README.md), and 1e-12 m is what
+# solves in another order of the ranks may differ by.
+TOLERANCE = 1e-9  # [m]
+
+FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
+CASES = {
+    "elastic": {"contact_restitution": 1},
+    "plastic": {"contact_restitution": 0.5},
+    "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+    "pads_and_ceiling": {
+        "support_position": "2,8,5",
+        "support_width": "1,0,2",
+        "support_height": "0,0.1,1.3",
+        "support_side": "below,below,above",
+        "contact_restitution": "0.5,1,0.7",
+        "initial_velocity": 1,
+    },
+    "free_flight": FREE_FLIGHT,
+    "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
+}
+
+
+def lines(path):
+    return path.read_text().splitlines()
+
+
+class Ranks(UdarTest):
+    def check(self, changes):
+        if changes.get("initial_shape"):
+            shape = self.scratch / "shape.csv"
+            shape.write_text("x,offset\n" + "".join(f"{x},{0.01 * np.cos(2 * np.pi * x / 10):.17g}\n" for x in np.linspace(0, 10, 81)))
+            changes = {**changes, "initial_shape": shape}
+        options = case(ts_max_time=1.0, ts_rtol=1e-10, **changes)
+        serial = self.run_case(options)
+        expected, impacts = serial.csv("gauges.csv"), serial.csv("impacts.csv")
+        for ranks in (1, 2, 3, 4):
+            with self.subTest(ranks=ranks):
+                run = self.run_case(options, ranks, name=f"ranks{ranks}")
+                found = run.csv("gauges.csv")
+                self.assertEqual(list(found), list(expected), run)
+                for name, values in expected.items():
+                    if not name.startswith("velocity_"):  # a velocity jumps at an impact: its time differs by round-off
+                        off = np.abs(found[name] - values)
+                        self.assertLess(off.max(), TOLERANCE, f"{name} at {expected['time'][off.argmax()]} s{run}")
+                hits = run.csv("impacts.csv")
+                self.assertEqual(len(hits["time"]), len(impacts["time"]), f"impacts{run}")
+                self.assertEqual(sorted(hits["node"]), sorted(impacts["node"]), f"nodes hit{run}")
+                np.testing.assert_array_equal(np.sort(hits["time"]), hits["time"], err_msg="impacts in order of time")
+                self.assertEqual(run.summary()["ranks"], ranks, run)
+
+    def test_free_flight_is_exact(self):
+        """No contact: a rigid beam flies on a parabola and turns evenly, on any number of ranks."""
+        for ranks in (1, 3):
+            run = self.run_case(case(ts_max_time=1.0, ts_rtol=1e-10, **FREE_FLIGHT), ranks, name=f"ranks{ranks}")
+            found = run.csv("gauges.csv")
+            t = found["time"]
+            for gauge, x in enumerate((0, 2.5, 5, 7.5, 10)):
+                mass = 1 + 0.1 * (x - 5) + (2 + 0.3 * (x - 5)) * t - 9.81 * t**2 / 2
+                np.testing.assert_allclose(found[f"mass_{gauge}"], mass, rtol=0, atol=1e-9, err_msg=f"{ranks} ranks, x = {x}")
+                np.testing.assert_allclose(found[f"line_{gauge}"], mass - 9.81 / 100**2, rtol=0, atol=1e-9, err_msg=f"x = {x}")
+            self.assertEqual(len(run.csv("impacts.csv")["time"]), 0)
+
+
+for key, value in CASES.items():
+    setattr(Ranks, f"test_{key}", lambda self, value=value: self.check(value))
+
+
+class Restart(UdarTest):
+    def check(self, ranks, steps, **changes):
+        """A run to the end, against one stopped after some steps and gone on with from its restart file."""
+        options = case(ts_max_time=1.0, restart_interval=0.1, output_field_interval=0.1, **changes)
+        whole = self.run_case(options, ranks, name="whole")
+        first = self.run_case({**options, "ts_max_steps": steps}, ranks, name="first")
+        second = self.run_case({**options, "restart_file": first.file("restart.h5")}, ranks, name="second")
+        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv"):
+            all_rows, head, tail = (lines(run.file(name)) for run in (whole, first, second))
+            self.assertEqual(tail[0], all_rows[0], f"header of {name}")
+            self.assertLess(len(head), len(all_rows), f"{name}: the first run was stopped before its end{first}")
+            self.assertEqual(tail[1:], all_rows[len(all_rows) - len(tail) + 1 :], f"{name} after the restart{second}")
+            self.assertGreaterEqual(len(head) + len(tail) - 2, len(all_rows) - 1, f"{name}: no row is missing in between{second}")
+        expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
+        self.assertEqual(sorted(found), sorted(expected))
+        for name, value in expected.items():
+            np.testing.assert_array_equal(found[name], value, err_msg=f"restart.h5:/{name} at the end")
+        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap", "support_impulse"):
+            self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
+
+
+for name, changes in {
+    "elastic": {"contact_restitution": 1},
+    "plastic": {"contact_restitution": 0.5},
+    "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+}.items():
+    for ranks, steps in ((1, 150), (2, 250)):
+        setattr(
+            Restart,
+            f"test_{name}_on_{ranks}",
+            lambda self, ranks=ranks, steps=steps, changes=changes: self.check(ranks, steps, **changes),
+        )
+
+if __name__ == "__main__":
+    unittest.main()
