@@ -26,7 +26,7 @@ constexpr double kInstantWindow = 1e-2;
 constexpr int kMostCorrections = 12;
 // Absolute tolerance of the step control, in units of rtol and the scale of the motion: keeps the energy of e = 1 runs to
 // 10 rtol per 20 impacts (tests/verification).
-constexpr double kAbsoluteShare = 0.1;
+constexpr double kAbsoluteShare = 0.05;
 // Masses within this share of the hop tolerance touch together.
 constexpr double kTogether = 1e-2;
 // More events than this without progress in time would never end.

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -29,7 +30,9 @@ constexpr hsize_t kChunkRowsMax = 64;
 constexpr hsize_t kChunkRecords = 1024;
 /// Space an index entry of a chunk takes at most, half-filled tree nodes and their parents included.
 constexpr hsize_t kIndexBytesPerChunk = 256;
-/// Space for whatever HDF5 adds by itself to a single write or a close: tree nodes, object headers, the superblock.
+/// Space for what HDF5 adds by itself when it makes an object or extends one: headers, heaps, tree nodes.
+constexpr std::uint64_t kMetadataBytesPerCall = std::uint64_t{1} << 13;
+/// Space always kept behind that, so that nothing in HDF5 ever meets the end of the disk.
 constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 /// HDF5 keeps attributes below 64 KiB.
 constexpr std::size_t kAttributeBytesMax = 60000;
@@ -209,8 +212,8 @@ void Hdf5File::create() {
     descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   }
   agree(rank_ != 0 || descriptor_ >= 0, system_reason(errno));
-  const int full = rank_ == 0 ? reserve_space(descriptor_, 0, kMetadataBytes) : 0;
-  agree(full == 0, system_reason(full));
+  const int error = rank_ == 0 ? reserve_space(descriptor_, 0, kMetadataBytes) : 0;
+  agree(error == 0, system_reason(error));
 
   const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
   bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
@@ -249,56 +252,61 @@ void Hdf5File::open() {
 }
 
 void Hdf5File::reserve(std::uint64_t bytes) {
-  if (failed_) {
+  require_usable();
+  const std::uint64_t wanted = pending_ + bytes + kMetadataBytesPerCall;
+  // Behind the end of the file at the last flush, which is where HDF5 adds.
+  const int error = rank_ == 0 ? reserve_space(descriptor_, flushed_end_, wanted + kMetadataBytes) : 0;
+  agree(error == 0, system_reason(error));
+  pending_ = wanted;
+  credit_ += bytes;
+}
+
+void Hdf5File::spend(std::uint64_t bytes) {
+  require_usable();
+  if (credit_ < bytes || bytes == 0) {
+    reserve(bytes);
+  }
+  credit_ -= bytes;
+}
+
+void Hdf5File::require_usable() const {
+  if (failed_ || !file_.valid()) {
     throw FileError{message("given up after an earlier error")};
   }
-  hsize_t end = 0;
-  const bool known = H5Fget_filesize(file_, &end) >= 0;
-  int error = 0;
-  if (known && rank_ == 0) {
-    error = reserve_space(descriptor_, end, bytes + kMetadataBytes);
-    reserved_end_ = end + bytes + kMetadataBytes;
-  }
-  agree(known && error == 0, error != 0 ? system_reason(error) : "");
 }
 
 void Hdf5File::flush() {
-  reserve(0);
+  require_usable();
   agree(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
-#ifndef NDEBUG
-  hsize_t end = 0;
-  H5Fget_filesize(file_, &end);
-  assert(rank_ != 0 || end <= reserved_end_);  // else a bound of `growth` is too low
-#endif
+  struct stat status {};
+  if (rank_ == 0 && fstat(descriptor_, &status) == 0) {
+    const auto end = static_cast<std::uint64_t>(status.st_size);
+    assert(end <= flushed_end_ + pending_ + kMetadataBytes);  // else too little was reserved
+    flushed_end_ = std::max(flushed_end_, end);
+  }
+  pending_ = 0;
+  credit_ = 0;
 }
 
 void Hdf5File::close() {
   if (!file_.valid()) {
     return;
   }
-  hsize_t end = 0;
   if (access_ == Access::kCreate) {
     flush();
-    H5Fget_filesize(file_, &end);
   }
   growing_.clear();
   transfer_.reset();
   agree(H5Fclose(file_.release()) >= 0);
   if (descriptor_ >= 0) {
-    // Gives back what was reserved behind the end.
-    const bool ok = ftruncate(descriptor_, static_cast<off_t>(end)) == 0;
-    const int error = errno;
     ::close(std::exchange(descriptor_, -1));
-    agree(ok, system_reason(error));
-  } else {
-    agree(true);
   }
 }
 
 // Writing
 
 void Hdf5File::add_group(const std::string& name) {
-  reserve(0);
+  spend(0);
   const Hdf5Id creation{H5Pcreate(H5P_GROUP_CREATE), H5Pclose};
   agree(H5Pset_link_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED) >= 0);
   const Hdf5Id group{H5Gcreate2(file_, name.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose};
@@ -306,7 +314,7 @@ void Hdf5File::add_group(const std::string& name) {
 }
 
 void Hdf5File::add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value) {
-  reserve(kMetadataBytes);
+  spend(2 * H5Tget_size(type));  // it may move once
   const Hdf5Id space{H5Screate(H5S_SCALAR), H5Sclose};
   const Hdf5Id attribute{
       H5Acreate_by_name(file_, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
@@ -335,7 +343,7 @@ void Hdf5File::add_attribute(const std::string& object, const std::string& name,
 
 void Hdf5File::add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
                            const void* values) {
-  reserve(total * H5Tget_size(type));
+  spend(total * H5Tget_size(type));
   const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
   const Hdf5Id space{H5Screate_simple(1, &total, nullptr), H5Sclose};
   const hsize_t memory = std::max<hsize_t>(count, 1);
@@ -395,7 +403,7 @@ void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns)
   }
   data.chunk_bytes = data.chunk_rows * chunk_columns * data.size;
 
-  reserve(0);
+  spend(0);
   const int rank = columns == 0 ? 1 : 2;
   const std::array<hsize_t, 2> extent{0, columns};
   const std::array<hsize_t, 2> most{H5S_UNLIMITED, columns};
@@ -441,7 +449,7 @@ void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize
 
 void Hdf5File::append_row(const std::string& name, const NodeRange& nodes, const void* values) {
   Growing& data = growing_.at(name);
-  reserve(growth(name));
+  spend(growth(name));
   extend(data, 1);
   write_block(data, data.rows, 1, count_of(nodes.begin), count_of(nodes.count()), values);
   data.rows += 1;
@@ -452,7 +460,7 @@ void Hdf5File::append_records(const std::string& name, const void* records, std:
     return;
   }
   Growing& data = growing_.at(name);
-  reserve(growth(name, count));
+  spend(growth(name, count));
   extend(data, count);
   write_block(data, data.rows, rank_ == 0 ? count : 0, 0, 1, records);
   data.rows += count;

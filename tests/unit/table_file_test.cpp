@@ -7,6 +7,7 @@
 #include <petscsys.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -17,21 +18,29 @@
 namespace udar::io {
 namespace {
 
-/// A file with the given text, removed at the end.
+/// A file with the given text, made by rank 0 for all and removed at the end.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& text) {
-    std::string name = std::filesystem::temp_directory_path() / "udar-table-XXXXXX";
-    close(mkstemp(name.data()));
-    path_ = name;
-    std::ofstream{path_, std::ios::binary} << text;
+  explicit TemporaryFile(const std::string& text)
+      : path_{std::filesystem::temp_directory_path() / "udar-table-XXXXXX"} {
+    MPI_Comm_rank(PETSC_COMM_WORLD, &rank_);
+    if (rank_ == 0) {
+      close(mkstemp(path_.data()));
+      std::ofstream{path_, std::ios::binary} << text;
+    }
+    MPI_Bcast(path_.data(), static_cast<int>(path_.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() { std::filesystem::remove(path_); }
+  ~TemporaryFile() {
+    if (rank_ == 0) {
+      std::filesystem::remove(path_);
+    }
+  }
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  int rank_ = 0;
   std::string path_;
 };
 

@@ -16,6 +16,12 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
+int ranks() {
+  int size = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  return size;
+}
+
 double x_of(const BeamChain& beam, std::size_t local) {
   return beam.position(beam.begin() + static_cast<PetscInt>(local));
 }
@@ -108,6 +114,9 @@ TEST(FlatFall, KeepsItsEnergyWhenElastic) {
 
 /// One element without bending: two masses that bounce as balls, each in its own rhythm.
 TEST(TwoMasses, BounceIndependentlyOnATiltedStart) {
+  if (ranks() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
   const test::Option end{"-ts_max_time", "1.5"};
   const InitialState initial{.height = 0.8, .slope = 0.05};  // ends at 0.55 m and 1.05 m
   const auto supports = std::vector<Support>{Support::floor(0.1, 0.7)};
@@ -130,6 +139,9 @@ TEST(TwoMasses, BounceIndependentlyOnATiltedStart) {
 /// The tip mass of a one-element cantilever is an oscillator with lambda = wf w / sqrt(wf^2 + w^2); between two stops
 /// its impacts have closed-form times.
 TEST(OneMass, VibratesBetweenStopsInClosedForm) {
+  if (ranks() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
   const test::Option end{"-ts_max_time", "2.0"};
   const test::Option tolerance{"-ts_rtol", "1e-12"};
   BeamParameters parameters = test::steel_beam(1);
@@ -162,6 +174,9 @@ TEST(OneMass, VibratesBetweenStopsInClosedForm) {
 }
 
 TEST(OneMass, HitsBothStops) {
+  if (ranks() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
   const test::Option end{"-ts_max_time", "1.0"};
   const test::Option tolerance{"-ts_rtol", "1e-12"};
   BeamParameters parameters = test::steel_beam(1);
@@ -190,15 +205,17 @@ TEST(OneMass, HitsBothStops) {
 }
 
 TEST(ElasticImpact, KeepsTheEnergyOverTwentyImpacts) {
-  const test::Option end{"-ts_max_time", "2.0"};
+  const test::Option end{"-ts_max_time", "3.0"};
   const test::Option tolerance{"-ts_rtol", "1e-10"};
   for (const double wf : {50.0, 100.0, 400.0}) {
     const InitialState initial{.height = 1.0};
     test::Fall fall{test::steel_beam(20), wf, kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
     test::Recorder record{0.05};
     fall.dynamics.add_observer(record);
+    fall.dynamics.set_stop_request([&fall] { return fall.dynamics.counts().impacts >= 20; });
     fall.dynamics.solve();
     EXPECT_GE(fall.dynamics.counts().impacts, 20) << "wf = " << wf;
+    EXPECT_FALSE(fall.dynamics.completed());
     for (const EnergyLedger& energy : record.energies) {
       EXPECT_LT(std::abs(energy.drift()), 1e-9) << "wf = " << wf;
       EXPECT_EQ(energy.lost_in_impacts, 0.0);

@@ -32,7 +32,8 @@ struct FilterParameters {
 /// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation.
 /// Source: docs/theory.md, "The discrete line".
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
-/// prefix `filter_`). Default: LU in natural order on one rank, MUMPS on several, one refinement step.
+/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 20 000 nodes, MUMPS
+/// beyond; and one refinement step.
 class FilteredLine {
  public:
   /// Assembles and factors. @note Collective.

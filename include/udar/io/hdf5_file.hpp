@@ -86,7 +86,8 @@ class Hdf5File {
   /// @param[in] records on rank 0
   /// @param[in] count   on every rank
   void append_records(const std::string& name, const void* records, std::size_t count);
-  /// @brief Makes room for `bytes` of coming writes, so that several of them fail before the first or not at all.
+  /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not at
+  /// all.
   void reserve(std::uint64_t bytes);
   /// Bytes by which the next row of this dataset makes the file longer.
   [[nodiscard]] std::uint64_t growth(const std::string& name, std::size_t rows = 1) const;
@@ -136,6 +137,8 @@ class Hdf5File {
   void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
   void add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
                    const void* values);
+  void spend(std::uint64_t bytes);
+  void require_usable() const;
   void extend(Growing& data, hsize_t rows);
   void write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns, const void* values);
   [[nodiscard]] std::string message(const std::string& reason) const;
@@ -148,10 +151,12 @@ class Hdf5File {
   Hdf5Id file_;
   Hdf5Id transfer_;  ///< property list of collective transfers
   std::map<std::string, Growing> growing_;
-  int exceptions_ = 0;              ///< in flight on this rank at construction
-  bool failed_ = false;             ///< an HDF5 call failed on some rank: HDF5 must not touch the file again
-  int descriptor_ = -1;             ///< rank 0's own handle on the file, to reserve space
-  std::uint64_t reserved_end_ = 0;  ///< rank 0: up to where the file has its space
+  int exceptions_ = 0;             ///< in flight on this rank at construction
+  bool failed_ = false;            ///< an HDF5 call failed on some rank: HDF5 must not touch the file again
+  int descriptor_ = -1;            ///< rank 0's own handle on the file, to reserve space
+  std::uint64_t flushed_end_ = 0;  ///< size of the file after the last flush, on rank 0 [bytes]
+  std::uint64_t pending_ = 0;      ///< reserved behind it
+  std::uint64_t credit_ = 0;       ///< of that, not yet used by a write
 };
 
 }  // namespace udar::io

@@ -1,0 +1,264 @@
+/// @file
+/// Checkpoints: every bit comes back, on any number of ranks, and nothing but a whole checkpoint is taken for one.
+
+#include "udar/io/checkpoint.hpp"
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <petscsys.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+int world_rank() {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
+int world_size() {
+  int size = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  return size;
+}
+
+/// A folder made by rank 0 for all and removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_{fs::temp_directory_path() / "udar-checkpoint-XXXXXX"} {
+    if (world_rank() == 0 && mkdtemp(path_.data()) == nullptr) {
+      MPI_Abort(PETSC_COMM_WORLD, 1);
+    }
+    MPI_Bcast(path_.data(), static_cast<int>(path_.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    MPI_Barrier(PETSC_COMM_WORLD);
+    if (world_rank() == 0) {
+      std::error_code ignored;
+      fs::remove_all(path_, ignored);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+NodeRange share(PetscInt total) {
+  return {total * world_rank() / world_size(), total * (world_rank() + 1) / world_size(), total};
+}
+
+/// Values that formats like to lose.
+constexpr std::array<std::uint64_t, 6> kHardBits{
+    0x8000000000000000,  // -0.0
+    0x0000000000000001,  // the smallest denormal number
+    0x7FF8000000000123,  // a NaN with a payload
+    0xFFF0000000000000,  // minus infinity
+    0x3FB999999999999A,  // 0.1
+    0x7FEFFFFFFFFFFFFF,  // the largest number
+};
+
+double position_of(PetscInt node) {
+  return std::bit_cast<double>(kHardBits[static_cast<std::size_t>(node) % kHardBits.size()]);
+}
+
+Checkpoint checkpoint_of(const NodeRange& nodes) {
+  std::vector<double> position;
+  std::vector<double> resting;
+  for (PetscInt node = nodes.begin; node < nodes.end; ++node) {
+    position.push_back(position_of(node));
+    resting.push_back(node % 2 == 0 ? 1.0 : 0.0);
+  }
+  Checkpoint checkpoint;
+  checkpoint.node_fields = {{"resting", resting}, {"mass_position", position}};
+  checkpoint.scalars = {{"time", 0.1}, {"first_contact_time", std::numeric_limits<double>::infinity()}};
+  checkpoint.tables = {{"support_impulse", {1.0, -0.0, 1.0 / 3.0}}, {"empty", {}}};
+  checkpoint.case_fingerprint = "beam 7, filter 1000";
+  return checkpoint;
+}
+
+std::vector<std::uint64_t> bits(const std::vector<double>& values) {
+  std::vector<std::uint64_t> result;
+  for (const double value : values) {
+    result.push_back(std::bit_cast<std::uint64_t>(value));
+  }
+  return result;
+}
+
+void expect_same(const Checkpoint& read, const Checkpoint& written) {
+  ASSERT_EQ(read.node_fields.size(), written.node_fields.size());
+  for (std::size_t i = 0; i < read.node_fields.size(); ++i) {
+    EXPECT_EQ(read.node_fields[i].first, written.node_fields[i].first);
+    EXPECT_EQ(bits(read.node_fields[i].second), bits(written.node_fields[i].second));
+  }
+  EXPECT_EQ(read.scalars, written.scalars);
+  ASSERT_EQ(read.tables.size(), written.tables.size());
+  for (const auto& [name, values] : written.tables) {
+    EXPECT_EQ(bits(read.tables.at(name)), bits(values)) << name;
+  }
+  EXPECT_EQ(read.case_fingerprint, written.case_fingerprint);
+}
+
+/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
+template <class Action>
+std::string failure_of(Action&& action) {
+  std::string message;
+  try {
+    action();
+  } catch (const FileError& error) {
+    message = error.what();
+  }
+  std::array<char, 512> of_rank_0{};
+  std::copy_n(message.data(), std::min(message.size(), of_rank_0.size() - 1), of_rank_0.data());
+  MPI_Bcast(of_rank_0.data(), static_cast<int>(of_rank_0.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  EXPECT_EQ(message, of_rank_0.data());
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  return message;
+}
+
+/// What a restart from `path` says to the user.
+std::string refusal(const std::string& path, PetscInt nodes) {
+  return failure_of([&] { [[maybe_unused]] const Checkpoint read = read_checkpoint(PETSC_COMM_WORLD, share(nodes), path); });
+}
+
+std::string restart_error(const std::string& path, const std::string& reason) {
+  return "option -restart_file: cannot read '" + path + "': " + reason;
+}
+
+TEST(Checkpoint, ComesBackBitByBit) {
+  const TemporaryFolder folder;
+  for (const PetscInt total : {2, 1000}) {  // with 2, the third rank has none
+    const NodeRange nodes = share(total);
+    const Checkpoint written = checkpoint_of(nodes);
+    write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", written);
+    expect_same(read_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5"), written);
+    EXPECT_FALSE(fs::exists(folder / "restart.h5.tmp"));
+  }
+}
+
+TEST(Checkpoint, OfOneRankIsReadByAll) {
+  const TemporaryFolder folder;
+  constexpr PetscInt kNodes = 37;
+  if (world_rank() == 0) {
+    const NodeRange all{0, kNodes, kNodes};
+    write_checkpoint(PETSC_COMM_SELF, all, folder / "restart.h5", checkpoint_of(all));
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  expect_same(read_checkpoint(PETSC_COMM_WORLD, share(kNodes), folder / "restart.h5"), checkpoint_of(share(kNodes)));
+}
+
+TEST(Checkpoint, OfAllRanksIsReadByOne) {
+  const TemporaryFolder folder;
+  constexpr PetscInt kNodes = 37;
+  write_checkpoint(PETSC_COMM_WORLD, share(kNodes), folder / "restart.h5", checkpoint_of(share(kNodes)));
+  if (world_rank() == 0) {
+    const NodeRange all{0, kNodes, kNodes};
+    expect_same(read_checkpoint(PETSC_COMM_SELF, all, folder / "restart.h5"), checkpoint_of(all));
+  }
+}
+
+TEST(Checkpoint, TakesThePlaceOfTheOlderOne) {
+  const TemporaryFolder folder;
+  const NodeRange nodes = share(20);
+  Checkpoint checkpoint = checkpoint_of(nodes);
+  write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", checkpoint);
+  checkpoint.scalars["time"] = 0.2;
+  write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", checkpoint);
+  EXPECT_EQ(read_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5").scalars.at("time"), 0.2);
+}
+
+TEST(Checkpoint, ThatDoesNotFitOnTheDiskLeavesTheOlderOne) {
+  const TemporaryFolder folder;
+  const NodeRange small = share(20);
+  write_checkpoint(PETSC_COMM_WORLD, small, folder / "restart.h5", checkpoint_of(small));
+  const NodeRange large = share(200000);
+
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  rlimit limit = before;
+  limit.rlim_cur = 1 << 20;
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::string message =
+      failure_of([&] { write_checkpoint(PETSC_COMM_WORLD, large, folder / "restart.h5", checkpoint_of(large)); });
+  setrlimit(RLIMIT_FSIZE, &before);
+
+  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "restart.h5.tmp" + "': File too large");
+  EXPECT_FALSE(fs::exists(folder / "restart.h5.tmp"));
+  expect_same(read_checkpoint(PETSC_COMM_WORLD, small, folder / "restart.h5"), checkpoint_of(small));
+}
+
+TEST(Checkpoint, ThatIsMissingIsReported) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(refusal(folder / "restart.h5", 10), restart_error(folder / "restart.h5", "No such file or directory"));
+}
+
+TEST(Checkpoint, IsNotAnyFile) {
+  const TemporaryFolder folder;
+  if (world_rank() == 0) {
+    std::ofstream{folder / "notes.txt"} << "not a checkpoint";
+    H5Fclose(H5Fcreate((folder / "other.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  EXPECT_EQ(refusal(folder / "notes.txt", 10), restart_error(folder / "notes.txt", "not an HDF5 file"));
+  EXPECT_EQ(refusal(folder / "other.h5", 10), restart_error(folder / "other.h5", "not a checkpoint of udar"));
+}
+
+TEST(Checkpoint, OfAnotherBeamIsRefused) {
+  const TemporaryFolder folder;
+  write_checkpoint(PETSC_COMM_WORLD, share(10), folder / "restart.h5", checkpoint_of(share(10)));
+  EXPECT_EQ(refusal(folder / "restart.h5", 11),
+            restart_error(folder / "restart.h5", "a checkpoint of 10 nodes, this run has 11"));
+}
+
+TEST(Checkpoint, ThatIsCutShortIsRefused) {
+  const TemporaryFolder folder;
+  write_checkpoint(PETSC_COMM_WORLD, share(1000), folder / "restart.h5", checkpoint_of(share(1000)));
+  const auto size = fs::file_size(folder / "restart.h5");
+  MPI_Barrier(PETSC_COMM_WORLD);
+  if (world_rank() == 0) {
+    fs::resize_file(folder / "restart.h5", size - 1000);
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  const std::string message = refusal(folder / "restart.h5", 1000);
+  EXPECT_TRUE(message.starts_with(restart_error(folder / "restart.h5", "HDF5: truncated file"))) << message;
+}
+
+TEST(Checkpoint, WithAChangedValueIsRefused) {
+  const TemporaryFolder folder;
+  write_checkpoint(PETSC_COMM_WORLD, share(1000), folder / "restart.h5", checkpoint_of(share(1000)));
+  if (world_rank() == 0) {
+    const hid_t file = H5Fopen((folder / "restart.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    const hid_t data = H5Dopen2(file, "/node_fields/resting", H5P_DEFAULT);
+    std::vector<double> values(1000);
+    H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    values[400] = 0.0;
+    H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    H5Dclose(data);
+    H5Fclose(file);
+  }
+  MPI_Barrier(PETSC_COMM_WORLD);
+  EXPECT_EQ(refusal(folder / "restart.h5", 1000), restart_error(folder / "restart.h5", "resting is damaged"));
+}
+
+}  // namespace
+}  // namespace udar::io

@@ -1,0 +1,777 @@
+/// @file
+/// What a run writes: the content of its files, read back without udar, on any number of ranks; and what is left of them
+/// when the disk is full.
+
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <petscsys.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "udar/io/run_directory.hpp"
+#include "udar/io/run_writers.hpp"
+#include "udar/io/summary.hpp"
+#include "udar/io/versions.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+int world_rank() {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
+int world_size() {
+  int size = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  return size;
+}
+
+/// A folder made by rank 0 for all and removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_{fs::temp_directory_path() / "udar-output-XXXXXX"} {
+    if (world_rank() == 0 && mkdtemp(path_.data()) == nullptr) {
+      MPI_Abort(PETSC_COMM_WORLD, 1);
+    }
+    MPI_Bcast(path_.data(), static_cast<int>(path_.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    MPI_Barrier(PETSC_COMM_WORLD);
+    if (world_rank() == 0) {
+      std::error_code ignored;
+      fs::remove_all(path_, ignored);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+std::string read_text(const std::string& path) {
+  std::ifstream file{path, std::ios::binary};
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> read_lines(const std::string& path) {
+  std::istringstream text{read_text(path)};
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) {
+    lines.push_back(line);
+  }
+  return lines;
+}
+
+/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
+template <class Action>
+std::string failure_of(Action&& action) {
+  std::string message;
+  try {
+    action();
+  } catch (const FileError& error) {
+    message = error.what();
+  }
+  std::array<char, 512> of_rank_0{};
+  std::copy_n(message.data(), std::min(message.size(), of_rank_0.size() - 1), of_rank_0.data());
+  MPI_Bcast(of_rank_0.data(), static_cast<int>(of_rank_0.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  EXPECT_EQ(message, of_rank_0.data());
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  return message;
+}
+
+/// A results file opened by one rank alone, as any other program would.
+class SerialFile {
+ public:
+  explicit SerialFile(const std::string& path) : id_{H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)} {
+    EXPECT_GE(id_, 0) << path << " is not readable";
+  }
+  SerialFile(const SerialFile&) = delete;
+  SerialFile& operator=(const SerialFile&) = delete;
+  ~SerialFile() { H5Fclose(id_); }
+
+  [[nodiscard]] std::vector<hsize_t> shape(const char* name) const {
+    const hid_t data = H5Dopen2(id_, name, H5P_DEFAULT);
+    const hid_t space = H5Dget_space(data);
+    std::vector<hsize_t> extent(static_cast<std::size_t>(std::max(H5Sget_simple_extent_ndims(space), 0)));
+    H5Sget_simple_extent_dims(space, extent.data(), nullptr);
+    H5Sclose(space);
+    H5Dclose(data);
+    return extent;
+  }
+
+  template <class Value>
+  [[nodiscard]] std::vector<Value> read(const char* name, hid_t type) const {
+    hsize_t size = 1;
+    for (const hsize_t length : shape(name)) {
+      size *= length;
+    }
+    std::vector<Value> values(size);
+    const hid_t data = H5Dopen2(id_, name, H5P_DEFAULT);
+    EXPECT_GE(H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0) << name;
+    H5Dclose(data);
+    return values;
+  }
+
+  [[nodiscard]] std::vector<double> doubles(const char* name) const { return read<double>(name, H5T_NATIVE_DOUBLE); }
+  [[nodiscard]] std::vector<std::int64_t> integers(const char* name) const {
+    return read<std::int64_t>(name, H5T_NATIVE_INT64);
+  }
+
+  /// One column of a table.
+  [[nodiscard]] std::vector<double> column(const char* table, const char* name) const {
+    const hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(double));
+    H5Tinsert(type, name, 0, H5T_NATIVE_DOUBLE);
+    std::vector<double> values = read<double>(table, type);
+    H5Tclose(type);
+    return values;
+  }
+
+  [[nodiscard]] std::string text_attribute(const char* name) const {
+    const hid_t attribute = H5Aopen(id_, name, H5P_DEFAULT);
+    const hid_t type = H5Aget_type(attribute);
+    std::string text(H5Tget_size(type), '\0');
+    H5Aread(attribute, type, text.data());
+    H5Tclose(type);
+    H5Aclose(attribute);
+    return text;
+  }
+
+  template <class Value>
+  [[nodiscard]] Value attribute(const char* name, hid_t type) const {
+    Value value{};
+    const hid_t attribute = H5Aopen(id_, name, H5P_DEFAULT);
+    EXPECT_GE(H5Aread(attribute, type, &value), 0) << name;
+    H5Aclose(attribute);
+    return value;
+  }
+
+ private:
+  hid_t id_;
+};
+
+/// This rank's share of `total` nodes; with fewer nodes than ranks some have none.
+NodeRange share(PetscInt total) {
+  return {total * world_rank() / world_size(), total * (world_rank() + 1) / world_size(), total};
+}
+
+RunLayout layout_of(PetscInt nodes) {
+  RunLayout layout;
+  layout.comm = PETSC_COMM_WORLD;
+  layout.elements = nodes - 1;
+  layout.nodes = share(nodes);
+  for (PetscInt i = layout.nodes.begin; i < layout.nodes.end; ++i) {
+    layout.x.push_back(0.5 * static_cast<double>(i));
+  }
+  layout.gauge_node = {nodes - 1, 0};
+  layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
+  layout.supports = {{1.0, 0.2, -0.1, 0.5, 1}, {2.0, 0.0, 0.3, 0.25, -1}};
+  layout.filter_frequency = 1000.0;
+  layout.options_text = "-beam_elements 9\n-filter_frequency 1000\n";
+  return layout;
+}
+
+/// Field values that tell quantity, row and node.
+double field_value(int quantity, int row, PetscInt node) { return quantity + 10.0 * row + 0.0078125 * static_cast<double>(node); }
+std::uint8_t resting_value(int row, PetscInt node) { return (row + node) % 3 == 0 ? 1 : 0; }
+
+/// A state to be written, made of `field_value`.
+class State {
+ public:
+  State(const NodeRange& nodes, int row, double time) : time_{time} {
+    for (PetscInt node = nodes.begin; node < nodes.end; ++node) {
+      for (int quantity = 0; quantity < 4; ++quantity) {
+        fields_[static_cast<std::size_t>(quantity)].push_back(field_value(quantity, row, node));
+      }
+      resting_.push_back(resting_value(row, node));
+    }
+    energy_ = {.kinetic = 2.0 + row, .load_potential = -1.0, .lost_in_impacts = 0.25, .initial = 1.0, .scale = 2.0};
+  }
+  [[nodiscard]] Snapshot snapshot() const {
+    return {time_, fields_[0], fields_[1], fields_[2], fields_[3], resting_, energy_};
+  }
+
+ private:
+  double time_;
+  std::array<std::vector<double>, 4> fields_;
+  std::vector<std::uint8_t> resting_;
+  EnergyLedger energy_;
+};
+
+constexpr double kInterval = 0.125;  // exact in binary, so times are too
+
+using Writers = std::vector<std::unique_ptr<Observer>>;
+
+/// What a run does with its observers at one time.
+void write_row(const Writers& writers, const NodeRange& nodes, int row) {
+  const State state{nodes, row, kInterval * row};
+  for (const auto& writer : writers) {
+    if (writer->interval() > 0.0) {
+      writer->snapshot(state.snapshot());
+    }
+  }
+}
+
+void write_events(const Writers& writers, const std::vector<ImpactRecord>& impacts,
+                  const std::vector<RestRecord>& rests) {
+  for (const auto& writer : writers) {
+    writer->events(impacts, rests);
+  }
+}
+
+void finish(const Writers& writers) {
+  for (const auto& writer : writers) {
+    writer->finish();
+  }
+}
+
+void expect_fields(const SerialFile& file, PetscInt nodes, int rows) {
+  const std::vector<hsize_t> shape{static_cast<hsize_t>(rows), static_cast<hsize_t>(nodes)};
+  const std::array names{"/fields/mass_position", "/fields/mass_velocity", "/fields/line_position", "/fields/moment"};
+  ASSERT_EQ(file.shape("/fields/time"), std::vector<hsize_t>{shape[0]});
+  const std::vector<double> times = file.doubles("/fields/time");
+  for (int row = 0; row < rows; ++row) {
+    EXPECT_EQ(times[static_cast<std::size_t>(row)], kInterval * row);
+  }
+  for (int quantity = 0; quantity < 4; ++quantity) {
+    const char* name = names[static_cast<std::size_t>(quantity)];
+    ASSERT_EQ(file.shape(name), shape) << name;
+    const std::vector<double> values = file.doubles(name);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto row = static_cast<int>(i / shape[1]);
+      const auto node = static_cast<PetscInt>(i % shape[1]);
+      wrong += values[i] == field_value(quantity, row, node) ? 0 : 1;
+    }
+    EXPECT_EQ(wrong, 0U) << name;
+  }
+  ASSERT_EQ(file.shape("/fields/resting"), shape);
+  const auto resting = file.read<std::uint8_t>("/fields/resting", H5T_NATIVE_UINT8);
+  for (std::size_t i = 0; i < resting.size(); ++i) {
+    ASSERT_EQ(resting[i], resting_value(static_cast<int>(i / shape[1]), static_cast<PetscInt>(i % shape[1])));
+  }
+}
+
+/// No file of this process may grow beyond `bytes` while this lives: a full disk that needs no disk of its own.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(std::uint64_t bytes) {
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = SIG_DFL;
+};
+
+// The folder
+
+TEST(RunDirectory, IsCreatedWithItsParents) {
+  const TemporaryFolder folder;
+  prepare_run_directory(PETSC_COMM_WORLD, folder / "a/b/c", false);
+  EXPECT_TRUE(fs::is_directory(folder / "a/b/c"));
+  EXPECT_TRUE(fs::is_empty(folder / "a/b/c"));
+}
+
+TEST(RunDirectory, ThatHoldsARunIsRefusedAndLeftAlone) {
+  const TemporaryFolder folder;
+  for (const std::string sign : {"summary.json", "results.h5", "gauges.csv"}) {
+    if (world_rank() == 0) {
+      std::ofstream{folder / sign} << "precious";
+    }
+    const std::string message =
+        failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder.path(), false); });
+    EXPECT_EQ(message, "option -output_directory: '" + folder.path() + "' already holds a run (" + sign +
+                           "); give -output_overwrite to replace it, or another folder");
+    if (world_rank() == 0) {
+      EXPECT_EQ(read_text(folder / sign), "precious");
+      fs::remove(folder / sign);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  }
+}
+
+TEST(RunDirectory, LosesOnlyTheOldRunWhenOverwritten) {
+  const TemporaryFolder folder;
+  if (world_rank() == 0) {
+    for (const char* name : {"gauges.csv", "results.h5", "summary.json", "restart.h5", "notes.txt"}) {
+      std::ofstream{folder / name} << name;
+    }
+  }
+  prepare_run_directory(PETSC_COMM_WORLD, folder.path(), true, folder / "restart.h5");
+  EXPECT_FALSE(fs::exists(folder / "gauges.csv"));
+  EXPECT_FALSE(fs::exists(folder / "results.h5"));
+  EXPECT_FALSE(fs::exists(folder / "summary.json"));
+  EXPECT_TRUE(fs::exists(folder / "restart.h5"));
+  EXPECT_TRUE(fs::exists(folder / "notes.txt"));
+}
+
+TEST(RunDirectory, ThatCannotBeMadeIsReported) {
+  const TemporaryFolder folder;
+  if (world_rank() == 0) {
+    std::ofstream{folder / "file"} << "x";
+  }
+  EXPECT_EQ(failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder / "file/below", false); }),
+            "option -output_directory: '" + folder / "file/below" + "' cannot be made a folder: Not a directory");
+  EXPECT_EQ(failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder / "file", false); }),
+            "option -output_directory: '" + folder / "file" + "' cannot be made a folder: Not a directory");
+}
+
+// A run
+
+TEST(RunWriters, DescribeTheRunInTheResultsFile) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  finish(make_run_writers(layout, folder.path(), kInterval, kInterval));
+  if (world_rank() == 0) {
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.text_attribute("options"), layout.options_text);
+    const auto versions = library_versions();
+    for (const char* library : {"udar", "petsc", "hdf5", "mpi"}) {
+      EXPECT_EQ(file.text_attribute((std::string{library} + "_version").c_str()), versions.at(library));
+      EXPECT_NE(versions.at(library), "");
+    }
+    EXPECT_EQ(file.attribute<double>("filter_frequency", H5T_NATIVE_DOUBLE), 1000.0);
+    EXPECT_EQ(file.attribute<std::int64_t>("elements", H5T_NATIVE_INT64), 9);
+    EXPECT_EQ(file.attribute<std::int64_t>("ranks", H5T_NATIVE_INT64), world_size());
+    EXPECT_EQ(file.doubles("/x"), (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 4.5}));
+    EXPECT_EQ(file.integers("/node"), (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
+    EXPECT_EQ(file.integers("/gauge_node"), (std::vector<std::int64_t>{9, 0}));
+    EXPECT_EQ(file.doubles("/gauge_position"), (std::vector<double>{5, 0.1}));
+    EXPECT_EQ(file.doubles("/support_position"), (std::vector<double>{1, 2}));
+    EXPECT_EQ(file.doubles("/support_width"), (std::vector<double>{0.2, 0}));
+    EXPECT_EQ(file.doubles("/support_height"), (std::vector<double>{-0.1, 0.3}));
+    EXPECT_EQ(file.doubles("/support_side"), (std::vector<double>{1, -1}));
+    EXPECT_EQ(file.doubles("/support_restitution"), (std::vector<double>{0.5, 0.25}));
+    EXPECT_EQ(file.shape("/fields/moment"), (std::vector<hsize_t>{0, 10}));
+    EXPECT_EQ(file.shape("/impacts"), std::vector<hsize_t>{0});
+  }
+}
+
+TEST(RunWriters, NeedNoGaugesAndNoSupports) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(4);
+  layout.gauge_node.clear();
+  layout.gauge_position.clear();
+  layout.supports.clear();
+  layout.options_text.clear();
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+  write_row(writers, layout.nodes, 0);
+  finish(writers);
+  if (world_rank() == 0) {
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.shape("/gauge_node"), std::vector<hsize_t>{0});
+    EXPECT_EQ(file.shape("/support_side"), std::vector<hsize_t>{0});
+    EXPECT_EQ(read_text(folder / "gauges.csv"), "time\n0\n");
+  }
+}
+
+TEST(RunWriters, WriteTheFieldsOfAllRanks) {
+  for (const PetscInt nodes : {2, 100}) {  // with 2, the third rank has none
+    const TemporaryFolder folder;
+    const RunLayout layout = layout_of(nodes);
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    constexpr int kRows = 70;  // more than share a chunk
+    for (int row = 0; row < kRows; ++row) {
+      write_row(writers, layout.nodes, row);
+    }
+    finish(writers);
+    if (world_rank() == 0) {
+      expect_fields(SerialFile{folder / "results.h5"}, nodes, kRows);
+    }
+  }
+}
+
+TEST(RunWriters, SplitLongRowsIntoSeveralChunks) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(300001);  // 2.4 MB per row
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+  write_row(writers, layout.nodes, 0);
+  write_row(writers, layout.nodes, 1);
+  finish(writers);
+  if (world_rank() == 0) {
+    expect_fields(SerialFile{folder / "results.h5"}, 300001, 2);
+  }
+}
+
+TEST(RunWriters, KeepTheResultsReadableWhileTheRunGoesOn) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(50);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+  for (int row = 0; row < 3; ++row) {
+    write_row(writers, layout.nodes, row);
+    if (world_rank() == 0) {
+      fs::copy_file(folder / "results.h5", folder / "copy.h5", fs::copy_options::overwrite_existing);
+      expect_fields(SerialFile{folder / "copy.h5"}, 50, row + 1);
+      EXPECT_TRUE(read_text(folder / "results.xdmf").ends_with("</Xdmf>\n"));
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  }
+  finish(writers);
+}
+
+TEST(RunWriters, LeaveOutTheFieldsIfAskedTo) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  write_row(writers, layout.nodes, 0);
+  finish(writers);
+  if (world_rank() == 0) {
+    EXPECT_FALSE(fs::exists(folder / "results.xdmf"));
+    EXPECT_EQ(SerialFile{folder / "results.h5"}.shape("/fields/time"), std::vector<hsize_t>{0});
+    EXPECT_EQ(read_lines(folder / "energy.csv").size(), 2U);
+  }
+}
+
+TEST(RunWriters, WriteTheGaugesInTheirOrder) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  constexpr int kRows = 700;  // some blocks and a part of one
+  for (int row = 0; row < kRows; ++row) {
+    write_row(writers, layout.nodes, row);
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::vector<std::string> lines = read_lines(folder / "gauges.csv");
+    ASSERT_EQ(lines.size(), kRows + 1U);
+    EXPECT_EQ(lines[0], "time,mass_0,velocity_0,line_0,mass_1,velocity_1,line_1");
+    EXPECT_EQ(lines[1], "0,0.0703125,1.0703125,2.0703125,0,1,2");
+    EXPECT_EQ(lines[2], "0.125,10.0703125,11.0703125,12.0703125,10,11,12");
+    EXPECT_EQ(lines[700], "87.375,6990.0703125,6991.0703125,6992.0703125,6990,6991,6992");
+  }
+}
+
+TEST(RunWriters, ShowTheFirstRowsOfTheTablesAtOnce) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  const std::array<std::size_t, 4> written{1, 1, 3, 3};  // blocks of 1, 2, 4, ... rows
+  for (int row = 0; row < 4; ++row) {
+    write_row(writers, layout.nodes, row);
+    if (world_rank() == 0) {
+      EXPECT_EQ(read_lines(folder / "gauges.csv").size(), 1 + written[static_cast<std::size_t>(row)]);
+      EXPECT_EQ(read_lines(folder / "energy.csv").size(), 1 + written[static_cast<std::size_t>(row)]);
+    }
+  }
+  finish(writers);
+}
+
+TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(1);
+  layout.gauge_node = {0};
+  layout.gauge_position = {0.0};
+  const Writers writers = make_run_writers(layout, folder.path(), 0.1, 0.0);
+  const double third = 1.0 / 3.0;
+  const double huge = 1.2345678901234567e+300;
+  const bool here = layout.nodes.count() == 1;
+  const std::vector<double> position(here ? 1 : 0, third);
+  const std::vector<double> velocity(here ? 1 : 0, -huge);
+  const std::vector<double> line(here ? 1 : 0, std::numeric_limits<double>::denorm_min());
+  const std::vector<std::uint8_t> resting(here ? 1 : 0, 0);
+  for (const auto& writer : writers) {
+    if (writer->interval() > 0.0) {
+      writer->snapshot({0.1, position, velocity, line, position, resting, {}});
+    }
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::string row = read_lines(folder / "gauges.csv").at(1);
+    EXPECT_TRUE(row.starts_with("0.1,")) << row;
+    double time = 0.0;
+    std::array<double, 3> values{};
+    ASSERT_EQ(std::sscanf(row.c_str(), "%lf,%lf,%lf,%lf", &time, &values[0], &values[1], &values[2]), 4);
+    EXPECT_EQ(time, 0.1);
+    EXPECT_EQ(values[0], third);
+    EXPECT_EQ(values[1], -huge);
+    EXPECT_EQ(values[2], std::numeric_limits<double>::denorm_min());
+  }
+}
+
+TEST(RunWriters, WriteTheEnergyLedger) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  for (int row = 0; row < 5; ++row) {
+    write_row(writers, layout.nodes, row);
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::vector<std::string> lines = read_lines(folder / "energy.csv");
+    ASSERT_EQ(lines.size(), 6U);
+    EXPECT_EQ(lines[0],
+              "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift");
+    EXPECT_EQ(lines[5], "0.5,6,0,0,-1,0,0.25,5,2.125");
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.column("/energy", "time"), (std::vector<double>{0, 0.125, 0.25, 0.375, 0.5}));
+    EXPECT_EQ(file.column("/energy", "kinetic"), (std::vector<double>{2, 3, 4, 5, 6}));
+    EXPECT_EQ(file.column("/energy", "load_potential"), (std::vector<double>(5, -1.0)));
+    EXPECT_EQ(file.column("/energy", "lost_in_impacts"), (std::vector<double>(5, 0.25)));
+    EXPECT_EQ(file.column("/energy", "total"), (std::vector<double>{1, 2, 3, 4, 5}));
+    EXPECT_EQ(file.column("/energy", "drift"), (std::vector<double>{0.125, 0.625, 1.125, 1.625, 2.125}));
+  }
+}
+
+TEST(RunWriters, WriteTheEventsOfAllRanksInOrder) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(12);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  // At each instant every second node is hit, and rests or leaves; a rank reports its own from right to left.
+  for (int instant = 0; instant < 3; ++instant) {
+    std::vector<ImpactRecord> impacts;
+    std::vector<RestRecord> rests;
+    for (PetscInt node = layout.nodes.end - 1; node >= layout.nodes.begin; --node) {
+      if (node % 2 == 0) {
+        const double x = 0.5 * static_cast<double>(node);
+        impacts.push_back({0.5 * instant, node, x, node % 4 / 2, -3.0, 1.5, 4.5, 0.75});
+        rests.push_back({0.5 * instant, node, x, node % 4 / 2, instant % 2 == 1});
+      }
+    }
+    write_events(writers, impacts, rests);
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::vector<std::string> impacts = read_lines(folder / "impacts.csv");
+    ASSERT_EQ(impacts.size(), 19U);
+    EXPECT_EQ(impacts[0], "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss");
+    EXPECT_EQ(impacts[1], "0,0,0,0,-3,1.5,4.5,0.75");
+    EXPECT_EQ(impacts[2], "0,2,1,1,-3,1.5,4.5,0.75");
+    EXPECT_EQ(impacts[18], "1,10,5,1,-3,1.5,4.5,0.75");
+    const std::vector<std::string> rests = read_lines(folder / "rests.csv");
+    ASSERT_EQ(rests.size(), 19U);
+    EXPECT_EQ(rests[0], "time,node,x,support,event");
+    EXPECT_EQ(rests[6], "0,10,5,1,rest");
+    EXPECT_EQ(rests[7], "0.5,0,0,0,release");
+
+    const SerialFile file{folder / "results.h5"};
+    std::vector<double> times;
+    std::vector<double> nodes;
+    for (int i = 0; i < 18; ++i) {
+      times.push_back(0.5 * (i / 6));
+      nodes.push_back(i % 6 * 2);
+    }
+    EXPECT_EQ(file.column("/impacts", "time"), times);
+    EXPECT_EQ(file.column("/impacts", "node"), nodes);
+    EXPECT_EQ(file.column("/impacts", "energy_loss"), std::vector<double>(18, 0.75));
+    EXPECT_EQ(file.column("/rests", "node"), nodes);
+    EXPECT_EQ(file.column("/rests", "release").at(7), 1.0);
+    EXPECT_EQ(file.column("/rests", "release").at(17), 0.0);
+  }
+}
+
+TEST(RunWriters, KeepTheOrderOfMoreEventsThanAreGatheredAtATime) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(12);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  // The ranks have different numbers of events, over different times: 100000 on rank 0, 50000 on rank 1, ...
+  const int count = 100000 / (world_rank() + 1);
+  std::vector<ImpactRecord> impacts;
+  for (int i = 0; i < count; ++i) {
+    // 7 is coprime to count + 1 or not; either way each time occurs, in no order.
+    const double time = (world_rank() + 1) * static_cast<double>(static_cast<std::int64_t>(i) * 7919 % count);
+    impacts.push_back({time, world_rank(), 0.0, 0, -1.0, 1.0, 2.0, 0.0});
+  }
+  write_events(writers, impacts, {});
+  finish(writers);
+  int total = 0;
+  MPI_Allreduce(&count, &total, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
+  if (world_rank() == 0) {
+    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), static_cast<std::size_t>(total) + 1);
+    const SerialFile file{folder / "results.h5"};
+    const std::vector<double> times = file.column("/impacts", "time");
+    const std::vector<double> nodes = file.column("/impacts", "node");
+    ASSERT_EQ(times.size(), static_cast<std::size_t>(total));
+    std::size_t disorder = 0;
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      disorder += times[i - 1] < times[i] || (times[i - 1] == times[i] && nodes[i - 1] <= nodes[i]) ? 0 : 1;
+    }
+    EXPECT_EQ(disorder, 0U);
+  }
+}
+
+TEST(RunWriters, WriteEventsBeforeTheyFillTheMemory) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(12);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  write_row(writers, layout.nodes, 0);  // the first block: rows 1 and 2 would now wait for each other
+  const bool last = world_rank() == world_size() - 1;
+  write_events(writers, std::vector<ImpactRecord>(last ? 5000 : 0), {});
+  write_row(writers, layout.nodes, 1);
+  if (world_rank() == 0) {
+    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), 5001U);
+  }
+  finish(writers);
+}
+
+TEST(Xdmf, NamesOneRowOfTheFieldsPerTime) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+  write_row(writers, layout.nodes, 0);
+  write_row(writers, layout.nodes, 1);
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::string text = read_text(folder / "results.xdmf");
+    EXPECT_NE(text.find("<Time Value=\"0.125\"/>"), std::string::npos);
+    EXPECT_NE(text.find("<DataItem Dimensions=\"3 2\" Format=\"XML\">1 0 1 1 1 10</DataItem>"), std::string::npos);
+    EXPECT_NE(text.find("results.h5:/fields/line_position"), std::string::npos);
+    EXPECT_EQ(text.find("</Xdmf>"), text.size() - std::string{"</Xdmf>\n"}.size());
+  }
+}
+
+// When the disk takes no more
+
+TEST(FullDisk, IsReportedByAllRanksAndLeavesTheRowsBefore) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(20000);  // 660 kB per row of the fields, in chunks of several rows
+  Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+  int written = 0;
+  std::string message;
+  {
+    const FileSizeLimit limit{8 << 20};
+    message = failure_of([&] {
+      for (; written < 20; ++written) {
+        write_row(writers, layout.nodes, written);
+      }
+    });
+    // Stays so, and so does the file.
+    EXPECT_EQ(failure_of([&] { write_row(writers, layout.nodes, written); }), message);
+    writers.clear();
+  }
+  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "results.h5" + "': File too large");
+  EXPECT_GT(written, 1);
+  if (world_rank() == 0) {
+    expect_fields(SerialFile{folder / "results.h5"}, 20000, written);
+  }
+}
+
+TEST(FullDisk, LeavesOnlyWholeRowsInTheTables) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(10);
+  layout.gauge_node.assign(100, 3);
+  layout.gauge_position.assign(100, 1.5);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  const std::unique_ptr<Observer>& gauges = writers.front();
+  const FileSizeLimit limit{100000};
+  const std::string message = failure_of([&] {
+    for (int row = 0; row < 1000; ++row) {
+      const State state{layout.nodes, row, kInterval * row};
+      gauges->snapshot(state.snapshot());
+    }
+  });
+  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "gauges.csv" + "': File too large");
+  if (world_rank() == 0) {
+    const std::string text = read_text(folder / "gauges.csv");
+    EXPECT_TRUE(text.ends_with('\n'));
+    const std::vector<std::string> lines = read_lines(folder / "gauges.csv");
+    EXPECT_GT(lines.size(), 2U);
+    for (const std::string& line : lines) {
+      ASSERT_EQ(std::count(line.begin(), line.end(), ','), 300);
+    }
+  }
+}
+
+TEST(FullDisk, IsReportedWhenTheFilesAreCreated) {
+  const TemporaryFolder folder;
+  const FileSizeLimit limit{4096};
+  EXPECT_EQ(failure_of([&] {
+              [[maybe_unused]] const Writers writers =
+                  make_run_writers(layout_of(10), folder.path(), kInterval, kInterval);
+            }),
+            "option -output_directory: cannot write '" + folder / "results.h5" + "': File too large");
+}
+
+TEST(RunWriters, ReportAFolderThatIsGone) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(failure_of([&] {
+              [[maybe_unused]] const Writers writers =
+                  make_run_writers(layout_of(10), folder / "gone", kInterval, kInterval);
+            }),
+            "option -output_directory: cannot write '" + folder / "gone/results.h5" + "': No such file or directory");
+}
+
+// The summary
+
+TEST(Summary, IsReadBackAsItWas) {
+  const TemporaryFolder folder;
+  Summary summary;
+  summary.completed = true;
+  summary.end_time = 0.5;
+  summary.elements = 100;
+  summary.ranks = world_size();
+  summary.steps = 12;
+  summary.impacts = 3;
+  summary.first_contact_time = 0.1;
+  summary.last_contact_time = 0.30000000000000004;
+  summary.support_impulse = {1.5, 0.0};
+  summary.gauge_position = {0.33};
+  summary.gauge_node_position = {0.35};
+  summary.wall_seconds = {{"setup", 0.5}, {"solve", 2.0}};
+  summary.peak_memory_bytes = std::uint64_t{1} << 40;
+  summary.versions = library_versions();
+  summary.extra = {{"frequency_ratio", 0.25}};
+  write_summary(PETSC_COMM_WORLD, folder / "summary.json", summary);
+  if (world_rank() == 0) {
+    const nlohmann::json json = nlohmann::json::parse(read_text(folder / "summary.json"));
+    EXPECT_EQ(json.at("completed"), true);
+    EXPECT_EQ(json.at("elements"), 100);
+    EXPECT_EQ(json.at("ranks"), world_size());
+    EXPECT_EQ(json.at("steps"), 12);
+    EXPECT_EQ(json.at("last_contact_time"), 0.30000000000000004);
+    EXPECT_TRUE(json.at("min_line_gap").is_null());
+    EXPECT_TRUE(json.at("min_line_gap_x").is_null());
+    EXPECT_TRUE(json.at("min_line_gap_time").is_null());
+    EXPECT_EQ(json.at("support_impulse"), (std::vector<double>{1.5, 0.0}));
+    EXPECT_EQ(json.at("gauge_node_position"), (std::vector<double>{0.35}));
+    EXPECT_EQ(json.at("wall_seconds").at("solve"), 2.0);
+    EXPECT_EQ(json.at("peak_memory_bytes"), std::uint64_t{1} << 40);
+    EXPECT_EQ(json.at("versions").at("hdf5"), summary.versions.at("hdf5"));
+    EXPECT_EQ(json.at("frequency_ratio"), 0.25);
+    EXPECT_FALSE(fs::exists(folder / "summary.json.tmp"));
+  }
+}
+
+TEST(Summary, ReportsAFolderThatIsGone) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(failure_of([&] { write_summary(PETSC_COMM_WORLD, folder / "gone/summary.json", {}); }),
+            "option -output_directory: cannot write '" + folder / "gone/summary.json.tmp" +
+                "': No such file or directory");
+}
+
+}  // namespace
+}  // namespace udar::io

@@ -1,0 +1,126 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "support/steel_beam.hpp"
+
+namespace udar {
+namespace {
+
+TEST(Section, OfATubeTendsToTheCircle) {
+  const Section circle = circle_section(0.1, 0.3);
+  const Section tube = tube_section(0.1, 1e-9, 0.3);
+  EXPECT_NEAR(tube.area, circle.area, 1e-15);
+  EXPECT_NEAR(tube.inertia, circle.inertia, 1e-18);
+  EXPECT_NEAR(tube.shear_coefficient, circle.shear_coefficient, 1e-12);
+  EXPECT_DOUBLE_EQ(circle.inertia, std::numbers::pi * 1e-4 / 4.0);
+}
+
+TEST(Section, OfARectangleHasCowpersShearCoefficient) {
+  const Section section = rectangle_section(0.2, 0.3, 0.3);
+  EXPECT_DOUBLE_EQ(section.area, 0.06);
+  EXPECT_DOUBLE_EQ(section.inertia, 0.2 * 0.027 / 12.0);
+  EXPECT_NEAR(section.shear_coefficient, 13.0 / 15.3, 1e-15);
+}
+
+BeamParameters two_segments() {
+  BeamParameters beam = test::steel_beam(4);
+  beam.segments.push_back(
+      {.length = 2.0, .elements = 8, .bending_stiffness = 1e6, .mass_per_length = 50.0, .foundation_stiffness = 300.0});
+  beam.point_masses = {{.position = 10.1, .mass = 7.0}, {.position = 3.0, .mass = 2.0}};
+  return beam;
+}
+
+TEST(BeamChain, LumpsHalfOfEachElementAndPointMasses) {
+  const BeamChain beam{PETSC_COMM_WORLD, two_segments()};
+  const double first = 7850.0 * std::numbers::pi * 0.01;  // kg/m
+  EXPECT_EQ(beam.elements(), 12);
+  EXPECT_DOUBLE_EQ(beam.mass(0), 0.5 * 2.5 * first);
+  EXPECT_DOUBLE_EQ(beam.mass(1), 2.5 * first + 2.0);
+  EXPECT_DOUBLE_EQ(beam.mass(4), 0.5 * 2.5 * first + 0.5 * 0.25 * 50.0 + 7.0);
+  EXPECT_DOUBLE_EQ(beam.mass(12), 0.5 * 0.25 * 50.0);
+  double sum = 0.0;
+  for (PetscInt node = 0; node < beam.nodes(); ++node) {
+    sum += beam.mass(node);
+  }
+  EXPECT_NEAR(sum, beam.total_mass(), 1e-9);
+}
+
+TEST(BeamChain, PlacesNodesAndFoundation) {
+  BeamParameters parameters = two_segments();
+  parameters.right = {.translational_stiffness = 11.0, .rotational_stiffness = 0.0};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  EXPECT_DOUBLE_EQ(beam.position(3), 7.5);
+  EXPECT_DOUBLE_EQ(beam.position(4), 10.0);
+  EXPECT_DOUBLE_EQ(beam.position(6), 10.5);
+  EXPECT_DOUBLE_EQ(beam.position(12), 12.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(3), 0.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(4), 0.5 * 0.25 * 300.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(5), 0.25 * 300.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(12), 0.5 * 0.25 * 300.0 + 11.0);
+  EXPECT_EQ(beam.nearest_node(9.9), 4);
+  EXPECT_EQ(beam.nearest_node(12.0), 12);
+  EXPECT_EQ(beam.nearest_node(0.0), 0);
+  const auto range = beam.nodes_within(7.5, 10.25);
+  EXPECT_EQ(range.first, 3);
+  EXPECT_EQ(range.last, 5);
+}
+
+TEST(BeamChain, RefusesWhatIsNoBeam) {
+  BeamParameters beam = test::steel_beam(4);
+  beam.segments[0].length = -1.0;
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  beam = test::steel_beam(4);
+  beam.segments[0].elements = 0;
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  beam = test::steel_beam(4);
+  beam.segments[0].mass_per_length = std::nan("");
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  beam = test::steel_beam(4);
+  beam.point_masses = {{.position = 11.0, .mass = 1.0}};
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  beam = test::steel_beam(4);
+  beam.segments[0].elements = std::numeric_limits<PetscInt>::max() / 2 + 1;
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+}
+
+TEST(Loads, FollowTheirTablesAndHoldTheEnds) {
+  const NodalLoad load{.position = 0.0, .time = {1.0, 2.0, 4.0}, .force = {10.0, 30.0, -10.0}};
+  const auto expect = [&](double time, double force, double rate) {
+    const auto now = Loads::evaluate(load, time);
+    EXPECT_DOUBLE_EQ(now.force, force) << "t = " << time;
+    EXPECT_DOUBLE_EQ(now.rate, rate) << "t = " << time;
+  };
+  expect(0.0, 10.0, 0.0);
+  expect(1.0, 10.0, 20.0);
+  expect(1.5, 20.0, 20.0);
+  expect(2.0, 30.0, -20.0);
+  expect(3.0, 10.0, -20.0);
+  expect(5.0, -10.0, 0.0);
+}
+
+TEST(Loads, RefuseTablesThatDoNotAscend) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
+  EXPECT_THROW((Loads{beam, 9.81, {{.position = 1.0, .time = {0.0, 0.0}, .force = {1.0, 2.0}}}}), InputError);
+  EXPECT_THROW((Loads{beam, 9.81, {{.position = 1.0, .time = {}, .force = {}}}}), InputError);
+  EXPECT_THROW((Loads{beam, 9.81, {{.position = 11.0, .time = {0.0}, .force = {1.0}}}}), InputError);
+}
+
+TEST(InitialMasses, FollowAxisRotationAndShapeButHeldEndsStay) {
+  BeamParameters parameters = test::steel_beam(4);
+  parameters.right = test::kPinned;
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  InitialState initial{.height = 1.0, .slope = 0.1, .velocity = -2.0, .angular_velocity = 0.5};
+  initial.shape = {.x = {0.0, 5.0, 10.0}, .offset = {0.0, 0.4, 0.8}, .velocity = {1.0, 1.0, 1.0}};
+  const MassState masses = initial_masses(beam, initial);
+  EXPECT_DOUBLE_EQ(masses.position[0], 0.5);
+  EXPECT_DOUBLE_EQ(masses.position[1], 0.75 + 0.2);
+  EXPECT_DOUBLE_EQ(masses.velocity[1], -2.0 - 1.25 + 1.0);
+  EXPECT_DOUBLE_EQ(masses.position[4], 1.5);
+  EXPECT_DOUBLE_EQ(masses.velocity[4], 0.0);
+}
+
+}  // namespace
+}  // namespace udar
