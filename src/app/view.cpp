@@ -1,10 +1,14 @@
 #include "udar/app/view.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
 
 #include "udar/petsc/error.hpp"
 
@@ -19,6 +23,23 @@ const char* describe(const BeamEnd& end) {
     return end.moment_free() ? "pinned" : "clamped";
   }
   return end.translational_stiffness == 0.0 && end.moment_free() ? "free" : "spring";
+}
+
+/// Whether somebody watches standard output. Open MPI's mpirun gives its ranks a terminal of their own even when its output
+/// goes to a file: there mpirun's own output counts, the parent process of rank 0 on the same machine.
+bool output_is_watched() {
+  if (isatty(STDOUT_FILENO) == 0) {
+    return false;
+  }
+  if (std::getenv("OMPI_MCA_orte_launch") == nullptr) {  // set by mpirun alone
+    return true;
+  }
+  const int parent = open(("/proc/" + std::to_string(getppid()) + "/fd/1").c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+  const bool watched = parent >= 0 && isatty(parent) != 0;
+  if (parent >= 0) {
+    close(parent);
+  }
+  return watched;
 }
 
 }  // namespace
@@ -131,7 +152,7 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
 ProgressLine::ProgressLine(MPI_Comm comm) : visible_{false}, begin_{Clock::now()}, last_{begin_} {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  visible_ = rank == 0 && isatty(STDOUT_FILENO) != 0;
+  visible_ = rank == 0 && output_is_watched();
 }
 
 void ProgressLine::step(const Progress& progress) {

@@ -15,126 +15,154 @@ namespace {
 /// whose latency dominates there (docs/performance.md). Beyond, no rank holds more than its piece.
 constexpr PetscInt kMostRepeatedNodes = 20000;
 
-/// Symmetric contribution of one element to the unknowns (a_left, b_left, a_right, b_right).
-using ElementMatrix = std::array<std::array<double, 4>, 4>;
-
-ElementMatrix mixed_element(const BeamElement& element, double tension) {
-  const double h = element.length;
-  const double bend = h * element.flexural_compliance / 6.0;
-  const double shear = element.shear_compliance / h;
-  const double pull = tension / h;
-  const double diagonal = -(2.0 * bend + shear);
-  const double coupling = -(bend - shear);
-  return {{{pull, -1.0 / h, -pull, 1.0 / h},
-           {-1.0 / h, diagonal, 1.0 / h, coupling},
-           {-pull, 1.0 / h, pull, -1.0 / h},
-           {1.0 / h, coupling, -1.0 / h, diagonal}}};
-}
-
 /// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
 double shear_ratio(const BeamElement& element) {
   return 12.0 * element.shear_compliance / (element.flexural_compliance * element.length * element.length);
 }
 
-ElementMatrix hermite_element(const BeamElement& element, double tension) {
-  const double h = element.length;
-  const double ratio = shear_ratio(element);
-  const double base = 1.0 / (element.flexural_compliance * h * h * h * (1.0 + ratio));
-  const double pull = tension / h;
-  const double near = (4.0 + ratio) * h * h * base;
-  const double far = (2.0 - ratio) * h * h * base;
-  const double cross = 6.0 * h * base;
-  const double side = 12.0 * base + pull;
-  return {{{side, cross, -side, cross}, {cross, near, -cross, far}, {-side, -cross, side, -cross}, {cross, far, -cross, near}}};
+}  // namespace
+
+/// The symmetric contribution of an element to the unknowns (a_left, b_left, a_right, b_right).
+std::array<std::array<double, 4>, 4> FilteredLine::element_matrix(const ElementTerms& e) const {
+  if (parameters_.formulation == Formulation::mixed) {
+    const double t = e.inverse_length;
+    const double pull = beam_->parameters().tension * t;
+    return {{{pull, -t, -pull, t},
+             {-t, e.diagonal, t, e.coupling},
+             {-pull, t, pull, -t},
+             {t, e.coupling, -t, e.diagonal}}};
+  }
+  return {{{e.side, e.cross, -e.side, e.cross},
+           {e.cross, e.diagonal, -e.cross, e.coupling},
+           {-e.side, -e.cross, e.side, -e.cross},
+           {e.cross, e.coupling, -e.cross, e.diagonal}}};
 }
 
-/// What a node adds to the diagonal, and which of its two unknowns are free.
-struct NodeTerms {
-  std::array<double, 2> diagonal{};
-  std::array<bool, 2> active{true, true};
-};
+FilteredLine::ElementTerms FilteredLine::element_terms(PetscInt number) const {
+  const BeamElement element = beam_->element(number);
+  const double h = element.length;
+  ElementTerms terms{.inverse_length = 1.0 / h};
+  if (parameters_.formulation == Formulation::mixed) {
+    const double bend = h * element.flexural_compliance / 6.0;
+    const double shear = element.shear_compliance / h;
+    terms.diagonal = -(2.0 * bend + shear);
+    terms.coupling = -(bend - shear);
+  } else {
+    const double ratio = shear_ratio(element);
+    const double base = 1.0 / (element.flexural_compliance * h * h * h * (1.0 + ratio));
+    terms.side = 12.0 * base + beam_->parameters().tension / h;
+    terms.cross = 6.0 * h * base;
+    terms.diagonal = (4.0 + ratio) * h * h * base;
+    terms.coupling = (2.0 - ratio) * h * h * base;
+  }
+  return terms;
+}
 
-NodeTerms node_terms(const BeamChain& beam, PetscInt node, const FilterParameters& parameters) {
-  const double spring = parameters.filter_frequency * parameters.filter_frequency * beam.mass(node);
-  NodeTerms terms{.diagonal = {spring + beam.ground_stiffness(node), 0.0}, .active = {!beam.held(node), true}};
-  if (node == 0 || node == beam.elements()) {
-    const BeamEnd& end = beam.end_at(node);
-    if (parameters.formulation == Formulation::mixed) {
-      terms.active[1] = !end.moment_free();
+FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node) const {
+  NodeTerms terms{.diagonal = {wf2_ * beam_->mass(node) + beam_->ground_stiffness(node), 0.0},
+                  .present = {!beam_->held(node), true}};
+  if (node == 0 || node == beam_->elements()) {
+    const BeamEnd& end = beam_->end_at(node);
+    if (parameters_.formulation == Formulation::mixed) {
+      terms.present[1] = !end.moment_free();
       terms.diagonal[1] = end.moment_free() ? 0.0 : -1.0 / end.rotational_stiffness;
     } else {
-      terms.active[1] = end.rotational_stiffness != BeamEnd::kRigid;
-      terms.diagonal[1] = terms.active[1] ? end.rotational_stiffness : 0.0;
+      terms.present[1] = end.rotational_stiffness != BeamEnd::kRigid;
+      terms.diagonal[1] = terms.present[1] ? end.rotational_stiffness : 0.0;
     }
   }
   return terms;
 }
 
-}  // namespace
-
-FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters) : beam_{&beam}, parameters_{parameters} {
+FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
+    : beam_{&beam}, parameters_{parameters}, wf2_{parameters.filter_frequency * parameters.filter_frequency} {
   if (!(parameters_.filter_frequency > 0.0) || !std::isfinite(parameters_.filter_frequency)) {
     throw InputError{"option -filter_frequency: " + std::to_string(parameters_.filter_frequency) +
                      " is not allowed, expected a number > 0 [rad/s]"};
   }
   const petsc::LogScope scope{petsc::log_events().assemble};
-  mass_.reserve(static_cast<std::size_t>(beam.local_nodes()));
-  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-    mass_.push_back(beam.mass(node));
-  }
+  collect_terms();
   assemble();
   configure_solver();
 }
 
+void FilteredLine::collect_terms() {
+  const BeamChain& beam = *beam_;
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  elements_.resize(count + 1);
+  for (PetscInt element = std::max<PetscInt>(beam.begin() - 1, 0); element < std::min(beam.end(), beam.elements());
+       ++element) {
+    elements_[static_cast<std::size_t>(element - beam.begin() + 1)] = element_terms(element);
+  }
+  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+    const NodeTerms terms = node_terms(node);
+    mass_.push_back(beam.mass(node));
+    springs_.push_back(terms.diagonal[0]);
+    for (std::size_t a = 0; a < 2; ++a) {
+      scale_.push_back(terms.present[a] ? scale(node, a) : 0.0);
+      const auto index = scale_.size() - 1;
+      if (!terms.present[a]) {
+        end_terms_.push_back({.index = index, .value = 1.0});
+      } else if (a == 1 && terms.diagonal[a] != 0.0) {
+        end_terms_.push_back({.index = index, .value = terms.diagonal[a] * scale_[index] * scale_[index]});
+      }
+    }
+  }
+}
+
+/// The factor of one unknown, on any rank. Powers of two: scaled entries keep their digits.
+double FilteredLine::scale(PetscInt node, std::size_t a) const {
+  double diagonal = node_terms(node).diagonal[a];
+  if (node > 0) {
+    diagonal += element_matrix(element_terms(node - 1))[a + 2][a + 2];
+  }
+  if (node < beam_->elements()) {
+    diagonal += element_matrix(element_terms(node))[a][a];
+  }
+  return std::exp2(-std::round(0.5 * std::log2(std::abs(diagonal))));
+}
+
 void FilteredLine::assemble() {
   const BeamChain& beam = *beam_;
-  const auto element_matrix = [&](PetscInt element) {
-    return parameters_.formulation == Formulation::mixed
-               ? mixed_element(beam.element(element), beam.parameters().tension)
-               : hermite_element(beam.element(element), beam.parameters().tension);
-  };
-  const auto diagonal = [&](PetscInt node, std::size_t a) {
-    double value = node_terms(beam, node, parameters_).diagonal[a];
-    if (node > 0) {
-      value += element_matrix(node - 1)[a + 2][a + 2];
-    }
-    if (node < beam.elements()) {
-      value += element_matrix(node)[a][a];
-    }
-    return value;
-  };
-  const auto scale = [&](PetscInt node, std::size_t a) { return 1.0 / std::sqrt(std::abs(diagonal(node, a))); };
-
   const auto size = 2 * beam.local_nodes();
-  scale_.reserve(static_cast<std::size_t>(size));
   std::vector<PetscInt> rows;
   std::vector<PetscInt> columns;
   std::vector<double> values;
+  const auto add = [&](PetscInt row, PetscInt column, double value) {
+    rows.push_back(row);
+    columns.push_back(column);
+    values.push_back(value);
+  };
+  const auto own_scale = [&](PetscInt node, std::size_t a) {
+    return scale_[static_cast<std::size_t>(2 * (node - beam.begin())) + a];
+  };
+  const auto any_scale = [&](PetscInt node, std::size_t a) {
+    if (node >= beam.begin() && node < beam.end()) {
+      return own_scale(node, a);
+    }
+    return node_terms(node).present[a] ? scale(node, a) : 0.0;
+  };
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-    const std::array<double, 2> own_scale{scale(node, 0), scale(node, 1)};
-    scale_.insert(scale_.end(), own_scale.begin(), own_scale.end());
-    const NodeTerms own = node_terms(beam, node, parameters_);
-    for (PetscInt other = std::max<PetscInt>(node - 1, 0); other <= std::min(node + 1, beam.elements()); ++other) {
-      const NodeTerms theirs = node_terms(beam, other, parameters_);
+    const auto i = static_cast<std::size_t>(node - beam.begin());
+    add(2 * node, 2 * node, springs_[i] * own_scale(node, 0) * own_scale(node, 0));
+    for (const PetscInt element : {node - 1, node}) {
+      if (element < 0 || element == beam.elements()) {
+        continue;
+      }
+      const auto matrix = element_matrix(elements_[static_cast<std::size_t>(element - beam.begin() + 1)]);
+      const std::size_t own = element == node ? 0 : 2;
       for (std::size_t a = 0; a < 2; ++a) {
-        for (std::size_t b = 0; b < 2; ++b) {
-          double value = 0.0;
-          if (node == other && a == b) {
-            value = diagonal(node, a);
-          } else if (own.active[a] && theirs.active[b]) {
-            if (node == other) {
-              value = (node > 0 ? element_matrix(node - 1)[a + 2][b + 2] : 0.0) +
-                      (node < beam.elements() ? element_matrix(node)[a][b] : 0.0);
-            } else {
-              value = other > node ? element_matrix(node)[a][b + 2] : element_matrix(other)[a + 2][b];
-            }
-          }
-          rows.push_back(2 * node + static_cast<PetscInt>(a));
-          columns.push_back(2 * other + static_cast<PetscInt>(b));
-          values.push_back(value * own_scale[a] * scale(other, b));
+        for (std::size_t b = 0; b < 4; ++b) {
+          const PetscInt other = element + (b < 2 ? 0 : 1);
+          add(2 * node + static_cast<PetscInt>(a), 2 * other + static_cast<PetscInt>(b % 2),
+              matrix[own + a][b] * own_scale(node, a) * any_scale(other, b % 2));
         }
       }
     }
+  }
+  for (const EndTerm& end : end_terms_) {
+    const PetscInt row = 2 * beam.begin() + static_cast<PetscInt>(end.index);
+    add(row, row, end.value);
   }
 
   UDAR_CALL(MatCreate(beam.comm(), matrix_.put()));
@@ -145,16 +173,33 @@ void FilteredLine::assemble() {
   UDAR_CALL(MatSetType(matrix_, MATBAIJ));
   UDAR_CALL(MatSetFromOptions(matrix_));
   UDAR_CALL(MatSetPreallocationCOO(matrix_, static_cast<PetscCount>(rows.size()), rows.data(), columns.data()));
-  UDAR_CALL(MatSetValuesCOO(matrix_, values.data(), INSERT_VALUES));
+  UDAR_CALL(MatSetValuesCOO(matrix_, values.data(), ADD_VALUES));
   UDAR_CALL(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   UDAR_CALL(MatNorm(matrix_, NORM_INFINITY, &matrix_norm_));
   UDAR_CALL(MatCreateVecs(matrix_, unknowns_.put(), right_hand_side_.put()));
+
+  UDAR_CALL(MatCreateShell(beam.comm(), size, size, 2 * beam.nodes(), 2 * beam.nodes(), this, operator_.put()));
+  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT, reinterpret_cast<void (*)()>(multiply_callback)));
+}
+
+PetscErrorCode FilteredLine::multiply_callback(Mat matrix, Vec unknowns, Vec product) {
+  PetscFunctionBeginUser;
+  FilteredLine* self = nullptr;
+  const double* from = nullptr;
+  double* to = nullptr;
+  PetscCall(MatShellGetContext(matrix, static_cast<void*>(&self)));
+  PetscCall(VecGetArrayRead(unknowns, &from));
+  PetscCall(VecGetArray(product, &to));
+  self->multiply({from, self->scale_.size()}, {to, self->scale_.size()});
+  PetscCall(VecRestoreArray(product, &to));
+  PetscCall(VecRestoreArrayRead(unknowns, &from));
+  PetscFunctionReturn(0);
 }
 
 void FilteredLine::configure_solver() {
   UDAR_CALL(KSPCreate(beam_->comm(), solver_.put()));
   UDAR_CALL(KSPSetOptionsPrefix(solver_, "filter_"));
-  UDAR_CALL(KSPSetOperators(solver_, matrix_, matrix_));
+  UDAR_CALL(KSPSetOperators(solver_, operator_, matrix_));
   PC preconditioner = nullptr;
   UDAR_CALL(KSPGetPC(solver_, &preconditioner));
   int size = 1;
@@ -186,40 +231,76 @@ void FilteredLine::configure_solver() {
   UDAR_CALL(KSPSetUp(solver_));
 }
 
+void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> product) const {
+  const BeamChain& beam = *beam_;
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  const bool mixed = parameters_.formulation == Formulation::mixed;
+  using Pair = std::array<double, 2>;
+  // Physical values of node i; the scale of an unknown that is not there is zero.
+  const auto values = [&](std::size_t i) {
+    return Pair{unknowns[2 * i] * scale_[2 * i], unknowns[2 * i + 1] * scale_[2 * i + 1]};
+  };
+  const Pair first = values(0);
+  const auto halo = beam.exchange(first, values(count - 1));
+
+  // What an element gives to the rows of its two nodes. Differences come first: they are exact, so that rigid motions give
+  // nothing, which the assembled entries cannot promise.
+  const auto apply = [&](const ElementTerms& e, const Pair& a, const Pair& b, Pair& to_a, Pair& to_b) {
+    if (mixed) {
+      const double slope = (b[0] - a[0]) * e.inverse_length;
+      const double shear = (b[1] - a[1]) * e.inverse_length - beam.parameters().tension * slope;
+      to_a = {shear, slope + e.diagonal * a[1] + e.coupling * b[1]};
+      to_b = {-shear, -slope + e.coupling * a[1] + e.diagonal * b[1]};
+    } else {
+      const double rise = e.side * (a[0] - b[0]);
+      const double turn = e.cross * (a[1] + b[1]);
+      to_a = {rise + turn, e.cross * (a[0] - b[0]) + e.diagonal * a[1] + e.coupling * b[1]};
+      to_b = {-rise - turn, e.cross * (a[0] - b[0]) + e.coupling * a[1] + e.diagonal * b[1]};
+    }
+  };
+  Pair from_left{};
+  Pair unused{};
+  if (beam.begin() > 0) {
+    apply(elements_[0], halo.left, first, unused, from_left);
+  }
+  Pair own = first;
+  for (std::size_t i = 0; i < count; ++i) {
+    Pair from_right{};
+    Pair to_next{};
+    const Pair next = i + 1 < count ? values(i + 1) : halo.right;
+    if (beam.begin() + static_cast<PetscInt>(i) < beam.elements()) {
+      apply(elements_[i + 1], own, next, from_right, to_next);
+    }
+    product[2 * i] = scale_[2 * i] * (springs_[i] * own[0] + from_left[0] + from_right[0]);
+    product[2 * i + 1] = scale_[2 * i + 1] * (from_left[1] + from_right[1]);
+    from_left = to_next;
+    own = next;
+  }
+  for (const EndTerm& end : end_terms_) {
+    product[end.index] += end.value * unknowns[end.index];
+  }
+}
+
 void FilteredLine::mixed_right_hand_side(std::span<const double> mass_displacement, std::span<const double> force,
                                          std::span<double> values) const {
   const BeamChain& beam = *beam_;
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   const double tension = beam.parameters().tension;
-  const auto displacement = [&](std::size_t i) {
-    return beam.held(beam.begin() + static_cast<PetscInt>(i)) ? 0.0 : mass_displacement[i];
-  };
-  std::array<double, 2> edges{displacement(0), displacement(count - 1)};
-  const BeamChain::Halo halo = beam.exchange(edges);
-  double slope_left = 0.0;  // of the element on the left of the node, zero beyond the beam
-  if (beam.begin() > 0) {
-    slope_left = (edges[0] - halo.left) / beam.element(beam.begin() - 1).length;
-  }
+  const auto displacement = [&](std::size_t i) { return scale_[2 * i] != 0.0 ? mass_displacement[i] : 0.0; };
+  const auto halo = beam.exchange<1>({displacement(0)}, {displacement(count - 1)});
+  double slope_left =  // of the element on the left of the node, zero beyond the beam
+      beam.begin() > 0 ? (displacement(0) - halo.left[0]) * elements_[0].inverse_length : 0.0;
   for (std::size_t i = 0; i < count; ++i) {
-    const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
     double slope_right = 0.0;
-    if (node < beam.elements()) {
-      const double next = i + 1 < count ? displacement(i + 1) : halo.right;
-      slope_right = (next - displacement(i)) / beam.element(node).length;
+    if (beam.begin() + static_cast<PetscInt>(i) < beam.elements()) {
+      const double next = i + 1 < count ? displacement(i + 1) : halo.right[0];
+      slope_right = (next - displacement(i)) * elements_[i + 1].inverse_length;
     }
     const double bend = slope_right - slope_left;  // (T u)_i
-    values[2 * i] =
-        scale_[2 * i] * (force[i] - beam.ground_stiffness(node) * displacement(i) + tension * bend);
+    const double ground = springs_[i] - wf2_ * mass_[i];
+    values[2 * i] = scale_[2 * i] * (force[i] - ground * displacement(i) + tension * bend);
     values[2 * i + 1] = -scale_[2 * i + 1] * bend;
     slope_left = slope_right;
-  }
-  for (const PetscInt node : {PetscInt{0}, beam.elements()}) {
-    if (node >= beam.begin() && node < beam.end()) {
-      const auto i = static_cast<std::size_t>(node - beam.begin());
-      const NodeTerms terms = node_terms(beam, node, parameters_);
-      values[2 * i] = terms.active[0] ? values[2 * i] : 0.0;
-      values[2 * i + 1] = terms.active[1] ? values[2 * i + 1] : 0.0;
-    }
   }
 }
 
@@ -229,8 +310,8 @@ void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<d
   // (w, theta) of node i; the right neighbour's first node comes from its rank.
   const auto w = [&](std::size_t i) { return unknowns[2 * i] * scale_[2 * i]; };
   const auto theta = [&](std::size_t i) { return unknowns[2 * i + 1] * scale_[2 * i + 1]; };
-  const double next_w = beam.exchange(std::array{w(0), w(count - 1)}).right;
-  const double next_theta = beam.exchange(std::array{theta(0), theta(count - 1)}).right;
+  const auto [next_w, next_theta] =
+      beam.exchange<2>({w(0), theta(0)}, {w(count - 1), theta(count - 1)}).right;
   for (std::size_t i = 0; i < count; ++i) {
     const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
     const bool last = node == beam.elements();
@@ -251,15 +332,13 @@ void FilteredLine::solve(std::span<const double> mass_displacement, std::span<co
                          std::span<double> stretch, std::span<double> moment) {
   const petsc::LogScope scope{petsc::log_events().solve};
   const auto count = static_cast<std::size_t>(beam_->local_nodes());
-  const double wf2 = parameters_.filter_frequency * parameters_.filter_frequency;
   double* values = nullptr;
   UDAR_CALL(VecGetArrayWrite(right_hand_side_, &values));
   if (parameters_.formulation == Formulation::mixed) {
     mixed_right_hand_side(mass_displacement, force, {values, 2 * count});
   } else {
     for (std::size_t i = 0; i < count; ++i) {
-      const bool held = beam_->held(beam_->begin() + static_cast<PetscInt>(i));
-      values[2 * i] = held ? 0.0 : scale_[2 * i] * (wf2 * mass_[i] * mass_displacement[i] + force[i]);
+      values[2 * i] = scale_[2 * i] * (wf2_ * mass_[i] * mass_displacement[i] + force[i]);
       values[2 * i + 1] = 0.0;
     }
   }
@@ -309,7 +388,7 @@ void FilteredLine::check_residual() {
   double residual = 0.0;
   double solution = 0.0;
   double given = 0.0;
-  UDAR_CALL(MatMult(matrix_, unknowns_, residual_));
+  UDAR_CALL(MatMult(operator_, unknowns_, residual_));
   UDAR_CALL(VecAYPX(residual_, -1.0, right_hand_side_));
   UDAR_CALL(VecNorm(residual_, NORM_INFINITY, &residual));
   UDAR_CALL(VecNorm(unknowns_, NORM_INFINITY, &solution));
@@ -328,8 +407,8 @@ double FilteredLine::strain_energy(std::span<const double> line_displacement, st
   const BeamChain& beam = *beam_;
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   const double tension = beam.parameters().tension;
-  const double next_moment = beam.exchange(std::array{moment[0], moment[count - 1]}).right;
-  const double next_line = beam.exchange(std::array{line_displacement[0], line_displacement[count - 1]}).right;
+  const auto [next_line, next_moment] =
+      beam.exchange<2>({line_displacement[0], moment[0]}, {line_displacement[count - 1], moment[count - 1]}).right;
   double energy = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     const PetscInt node = beam.begin() + static_cast<PetscInt>(i);

@@ -87,7 +87,7 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
   MPI_Comm_rank(comm, &rank);
   const std::string unfinished = path + ".tmp";
   try {
-    Hdf5File file{comm, unfinished, Hdf5File::Access::kCreate};
+    Hdf5File file{comm, unfinished, Hdf5File::Access::create};
     write_content(file, comm, nodes, checkpoint);
   } catch (const FileError&) {
     if (rank == 0) {
@@ -100,14 +100,14 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
 }
 
 Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path) {
-  Hdf5File file{comm, path, Hdf5File::Access::kRead, "-restart_file"};
+  Hdf5File file{comm, path, Hdf5File::Access::read, "-restart_file"};
   file.agree(file.has("/", "format") && file.read_text("/", "format") == kFormat, "not a checkpoint of udar");
   const std::int64_t version = file.read_int("/", "format_version");
-  file.agree(version == kFormatVersion, "a checkpoint of format " + std::to_string(version) + ", known here is " +
-                                            std::to_string(kFormatVersion));
+  file.agree(version == kFormatVersion,
+             "a checkpoint of format " + std::to_string(version) + ", known here is " + std::to_string(kFormatVersion));
   const std::int64_t total = file.read_int("/", "nodes");
-  file.agree(total == nodes.total, "a checkpoint of " + std::to_string(total) + " nodes, this run has " +
-                                       std::to_string(nodes.total));
+  file.agree(total == nodes.total,
+             "a checkpoint of " + std::to_string(total) + " nodes, this run has " + std::to_string(nodes.total));
 
   Checkpoint checkpoint;
   checkpoint.case_fingerprint = file.read_text("/", "case_fingerprint");

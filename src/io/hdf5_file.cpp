@@ -57,7 +57,8 @@ herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) 
 
 bool disk_is_full(const std::string& path) {
   struct statvfs disk {};
-  return statvfs(path.c_str(), &disk) == 0 && static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < kMetadataBytes;
+  return statvfs(path.c_str(), &disk) == 0 &&
+         static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < kMetadataBytes;
 }
 
 /// What HDF5 says about its last call; it does not pass on the system's reason, but a full disk can be seen.
@@ -87,8 +88,8 @@ int reserve_space(int descriptor, std::uint64_t begin, std::uint64_t bytes) {
   }
 #endif
   struct statvfs disk {};
-  const bool full = fstatvfs(descriptor, &disk) == 0 &&
-                    static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < bytes;
+  const bool full =
+      fstatvfs(descriptor, &disk) == 0 && static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < bytes;
   return full ? ENOSPC : 0;
 }
 
@@ -144,7 +145,7 @@ Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string o
   MPI_Comm_rank(comm_, &rank_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   try {
-    if (access_ == Access::kCreate) {
+    if (access_ == Access::create) {
       create();
     } else {
       open();
@@ -182,8 +183,8 @@ void Hdf5File::abandon() noexcept {
 }
 
 std::string Hdf5File::message(const std::string& reason) const {
-  return "option " + option_ + (access_ == Access::kCreate ? ": cannot write '" : ": cannot read '") + path_ + "': " +
-         reason;
+  return "option " + option_ + (access_ == Access::create ? ": cannot write '" : ": cannot read '") + path_ +
+         "': " + reason;
 }
 
 void Hdf5File::agree(bool ok, const std::string& reason) {
@@ -219,11 +220,10 @@ void Hdf5File::create() {
   bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
   ok = ok && H5Pset_coll_metadata_write(access, true) >= 0;
   ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
-  transfer_ = Hdf5Id{H5Pcreate(H5P_DATASET_XFER), H5Pclose};
-  ok = ok && H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE) >= 0;
   agree(ok);
   file_ = Hdf5Id{H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
   agree(file_.valid());
+  set_transfer();
 }
 
 void Hdf5File::open() {
@@ -244,11 +244,18 @@ void Hdf5File::open() {
   const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
   bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
   ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
-  transfer_ = Hdf5Id{H5Pcreate(H5P_DATASET_XFER), H5Pclose};
-  ok = ok && H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE) >= 0;
   agree(ok);
   file_ = Hdf5Id{H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
   agree(file_.valid());
+  set_transfer();
+}
+
+void Hdf5File::set_transfer() {
+  // All ranks enter each transfer together, but inside each writes its own block, which is contiguous: gathering the
+  // blocks first would gain nothing, and Open MPI's gathering writes lose errors on the way.
+  transfer_ = Hdf5Id{H5Pcreate(H5P_DATASET_XFER), H5Pclose};
+  agree(H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE) >= 0 &&
+        H5Pset_dxpl_mpio_collective_opt(transfer_, H5FD_MPIO_INDIVIDUAL_IO) >= 0);
 }
 
 void Hdf5File::reserve(std::uint64_t bytes) {
@@ -292,7 +299,7 @@ void Hdf5File::close() {
   if (!file_.valid()) {
     return;
   }
-  if (access_ == Access::kCreate) {
+  if (access_ == Access::create) {
     flush();
   }
   growing_.clear();
@@ -413,8 +420,7 @@ void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns)
   // Every value in the extent is written, so none needs filling.
   agree(space.valid() && H5Pset_chunk(creation, rank, chunk.data()) >= 0 &&
         H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) >= 0);
-  data.id =
-      Hdf5Id{H5Dcreate2(file_, name.c_str(), data.type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
+  data.id = Hdf5Id{H5Dcreate2(file_, name.c_str(), data.type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
   agree(data.id.valid());
   growing_.insert_or_assign(name, std::move(data));
 }
@@ -439,12 +445,14 @@ void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize
   const hsize_t memory = std::max<hsize_t>(total, 1);
   const Hdf5Id space{H5Dget_space(data.id), H5Sclose};
   const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};
+  bool ok = true;
   if (total > 0) {
-    agree(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0);
+    ok = H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0;
   } else {
-    agree(H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0);
+    ok = H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0;
   }
-  agree(H5Dwrite(data.id, data.type, memory_space, space, transfer_, values) >= 0);
+  ok = H5Dwrite(data.id, data.type, memory_space, space, transfer_, values) >= 0 && ok;
+  agree(ok);
 }
 
 void Hdf5File::append_row(const std::string& name, const NodeRange& nodes, const void* values) {
@@ -549,9 +557,9 @@ std::vector<double> Hdf5File::read_node_values(const std::string& name, const No
   agree(data.valid());
   const Hdf5Id space{H5Dget_space(data), H5Sclose};
   const hssize_t total = H5Sget_simple_extent_npoints(space);
-  agree(H5Sget_simple_extent_ndims(space) == 1 && total == static_cast<hssize_t>(nodes.total),
-        name + " has " + std::to_string(total) + " values where this run has " + std::to_string(nodes.total) +
-            " nodes");
+  agree(
+      H5Sget_simple_extent_ndims(space) == 1 && total == static_cast<hssize_t>(nodes.total),
+      name + " has " + std::to_string(total) + " values where this run has " + std::to_string(nodes.total) + " nodes");
   const hsize_t begin = count_of(nodes.begin);
   const hsize_t count = count_of(nodes.count());
   const hsize_t memory = std::max<hsize_t>(count, 1);

@@ -135,11 +135,12 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 }  // namespace
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
-    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::kCreate)}, nodes_{layout.nodes} {
+    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)}, nodes_{layout.nodes} {
   add_layout(*file_, layout);
   file_->add_group("/fields");
   file_->add_records("/fields/time", H5T_NATIVE_DOUBLE);
-  for (const char* name : {"/fields/mass_position", "/fields/mass_velocity", "/fields/line_position", "/fields/moment"}) {
+  for (const char* name :
+       {"/fields/mass_position", "/fields/mass_velocity", "/fields/line_position", "/fields/moment"}) {
     file_->add_rows(name, H5T_NATIVE_DOUBLE, nodes_.total);
   }
   file_->add_rows("/fields/resting", H5T_NATIVE_UINT8, nodes_.total);

@@ -223,7 +223,8 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval));
   writers.push_back(std::make_unique<EnergyWriter>(layout, folder + "energy.csv", results, interval));
-  writers.push_back(std::make_unique<EventWriter>(layout, folder + "impacts.csv", folder + "rests.csv", results, interval));
+  writers.push_back(
+      std::make_unique<EventWriter>(layout, folder + "impacts.csv", folder + "rests.csv", results, interval));
   writers.push_back(std::make_unique<FieldWriter>(layout, folder + "results.xdmf", results, field_interval));
   return writers;
 }

@@ -70,7 +70,7 @@ std::vector<std::string_view> split(std::string_view line) {
   return fields;
 }
 
-enum class Reading { kNumber, kNotANumber, kOutOfRange };
+enum class Reading : std::uint8_t { number, not_a_number, out_of_range };
 
 Reading read_number(std::string_view field, double& value) {
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') {
@@ -78,16 +78,16 @@ Reading read_number(std::string_view field, double& value) {
   }
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error == std::errc::result_out_of_range) {
-    return Reading::kOutOfRange;
+    return Reading::out_of_range;
   }
-  return error == std::errc{} && end == field.data() + field.size() ? Reading::kNumber : Reading::kNotANumber;
+  return error == std::errc{} && end == field.data() + field.size() ? Reading::number : Reading::not_a_number;
 }
 
 /// A header begins with a name: a misspelt number is not one.
 bool is_name(std::string_view field) {
   double value = 0.0;
   return !field.empty() && std::string_view{"+-.0123456789"}.find(field[0]) == std::string_view::npos &&
-         read_number(field, value) == Reading::kNotANumber;
+         read_number(field, value) == Reading::not_a_number;
 }
 
 Table parse(std::string_view text, std::size_t min_columns) {
@@ -124,9 +124,9 @@ Table parse(std::string_view text, std::size_t min_columns) {
     }
     for (std::size_t column = 0; column < fields.size(); ++column) {
       const Reading reading = read_number(fields[column], value);
-      if (reading != Reading::kNumber || !std::isfinite(value)) {
-        const char* what = reading == Reading::kOutOfRange   ? "' is out of range"
-                           : reading == Reading::kNotANumber ? "' is not a number"
+      if (reading != Reading::number || !std::isfinite(value)) {
+        const char* what = reading == Reading::out_of_range   ? "' is out of range"
+                           : reading == Reading::not_a_number ? "' is not a number"
                                                              : "' is not a finite number";
         throw Complaint{where + ", column " + std::to_string(column + 1) + ": '" + std::string{fields[column]} + what};
       }

@@ -45,9 +45,8 @@ void XdmfFile::append(double time) {
            "</DataItem>\n";
   };
   const auto attribute = [&](const char* name, const char* type, const char* precision) {
-    return std::string{"        <Attribute Name=\""} + name +
-           "\" AttributeType=\"Scalar\" Center=\"Node\">\n" + slab("          ", name, type, precision) +
-           "        </Attribute>\n";
+    return std::string{"        <Attribute Name=\""} + name + "\" AttributeType=\"Scalar\" Center=\"Node\">\n" +
+           slab("          ", name, type, precision) + "        </Attribute>\n";
   };
 
   std::string grid = "      <Grid Name=\"row " + row + "\" GridType=\"Uniform\">\n        <Time Value=\"";

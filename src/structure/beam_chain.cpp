@@ -140,20 +140,21 @@ BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {
   return {.first = first, .last = last};
 }
 
-BeamChain::Halo BeamChain::exchange(std::span<const double> local) const {
+void BeamChain::exchange(std::span<const double> first, std::span<const double> last, std::span<double> left,
+                         std::span<double> right) const {
   int rank = 0;
   int size = 1;
   MPI_Comm_rank(comm_, &rank);
   MPI_Comm_size(comm_, &size);
-  Halo halo;
   if (size > 1) {
-    const int left = rank > 0 ? rank - 1 : MPI_PROC_NULL;
-    const int right = rank + 1 < size ? rank + 1 : MPI_PROC_NULL;
-    MPI_Sendrecv(&local.front(), 1, MPI_DOUBLE, left, 0, &halo.right, 1, MPI_DOUBLE, right, 0, comm_,
+    const int before = rank > 0 ? rank - 1 : MPI_PROC_NULL;
+    const int after = rank + 1 < size ? rank + 1 : MPI_PROC_NULL;
+    const auto count = static_cast<int>(first.size());
+    MPI_Sendrecv(first.data(), count, MPI_DOUBLE, before, 0, right.data(), count, MPI_DOUBLE, after, 0, comm_,
                  MPI_STATUS_IGNORE);
-    MPI_Sendrecv(&local.back(), 1, MPI_DOUBLE, right, 1, &halo.left, 1, MPI_DOUBLE, left, 1, comm_, MPI_STATUS_IGNORE);
+    MPI_Sendrecv(last.data(), count, MPI_DOUBLE, after, 1, left.data(), count, MPI_DOUBLE, before, 1, comm_,
+                 MPI_STATUS_IGNORE);
   }
-  return halo;
 }
 
 }  // namespace udar

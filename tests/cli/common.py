@@ -87,7 +87,7 @@ class Finished:
         return json.loads(self.file("summary.json").read_text())
 
     def __str__(self):
-        return f"\n  {' '.join(self.command)}\n  exit code {self.code}\n{self.out[-1500:]}{self.err[-3000:]}"
+        return f"\n  {' '.join(self.command)}\n  exit code {self.code}\n{self.out[-1500:]}{self.err[-3000:]}".replace("\r", "\n")
 
 
 def command(options, ranks=0, extra=()):
@@ -159,10 +159,10 @@ class UdarTest(unittest.TestCase):
         self.scratch = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
         self.addCleanup(shutil.rmtree, self.scratch, ignore_errors=True)
 
-    def run_case(self, options, ranks=0, name="run", timeout=60, **keywords):
-        """Runs into <scratch>/<name> and expects success."""
+    def run_case(self, options, ranks=0, name="run", timeout=120, code=0, **keywords):
+        """Runs into <scratch>/<name> and expects an end without error."""
         result = run({"output_directory": self.scratch / name, **options}, ranks, timeout=timeout, **keywords)
-        self.assertEqual(result.code, 0, result)
+        self.assertEqual(result.code, code, result)
         self.assertEqual(result.errors, [], result)
         return result
 
@@ -187,6 +187,9 @@ def grouped_by_node(impacts, slowest=1e-3):
         if abs(velocity) > slowest:
             nodes.setdefault(int(node), []).append((time, velocity))
     return {node: np.array(rows) for node, rows in sorted(nodes.items())}
+
+
+STOPPED_BY_STEPS = 3  # exit code of a run that -ts_max_steps ended
 
 
 def lumped_masses(elements):

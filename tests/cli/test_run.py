@@ -44,11 +44,11 @@ class Example(UdarTest):
         super().setUpClass()
         folder = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
         cls.addClassCleanup(shutil.rmtree, folder, ignore_errors=True)
-        cls.run = run({"options_file": EXAMPLE, "filter_frequency": 50, "output_directory": folder / "run"}, cwd=folder, timeout=120)
-        if cls.run.code != 0:
-            raise RuntimeError(str(cls.run))
-        cls.summary = cls.run.summary()
-        cls.file = h5py.File(cls.run.file("results.h5"), "r")
+        cls.finished = run({"options_file": EXAMPLE, "filter_frequency": 50, "output_directory": folder / "run"}, cwd=folder, timeout=120)
+        if cls.finished.code != 0:
+            raise RuntimeError(str(cls.finished))
+        cls.summary = cls.finished.summary()
+        cls.file = h5py.File(cls.finished.file("results.h5"), "r")
         cls.addClassCleanup(cls.file.close)
         cls.options = dict(
             line.lstrip("-").split(maxsplit=1) for line in as_text(cls.file.attrs["options"]).splitlines() if len(line.split()) > 1
@@ -58,20 +58,20 @@ class Example(UdarTest):
         return [float(word) for word in self.options[name].strip("[]").split(",")]
 
     def header(self, name):
-        return self.run.file(name).read_text().splitlines()[0]
+        return self.finished.file(name).read_text().splitlines()[0]
 
     def test_printed_text_is_quiet_in_a_pipe(self):
-        for text in (self.run.out, self.run.err):
+        for text in (self.finished.out, self.finished.err):
             self.assertNotIn("\r", text)
             self.assertNotIn("\x1b", text)
-        self.assertLess(len(self.run.out.splitlines()), 100, self.run)
+        self.assertLess(len(self.finished.out.splitlines()), 100, self.finished)
 
     def test_gauges(self):
         gauges = len(self.option("gauge_position"))
         self.assertEqual(
             self.header("gauges.csv"), "time," + ",".join(f"mass_{i},velocity_{i},line_{i}" for i in range(gauges)), self.run
         )
-        found, interval = self.run.csv("gauges.csv"), self.option("output_interval")[0]
+        found, interval = self.finished.csv("gauges.csv"), self.option("output_interval")[0]
         rows = int(np.floor(self.option("ts_max_time")[0] / interval * (1 + 1e-12))) + 1
         self.assertEqual(len(found["time"]), rows)
         np.testing.assert_array_almost_equal_nulp(found["time"], np.arange(rows) * interval, 1)
@@ -79,7 +79,7 @@ class Example(UdarTest):
             self.assertTrue(np.isfinite(column).all(), name)
 
     def test_gauges_agree_with_fields(self):
-        found, fields = self.run.csv("gauges.csv"), self.file["fields"]
+        found, fields = self.finished.csv("gauges.csv"), self.file["fields"]
         common, rows, fields_rows = np.intersect1d(np.round(found["time"], 9), np.round(fields["time"][()], 9), return_indices=True)
         self.assertGreater(len(common), 1, "times that both have")
         for gauge, node in enumerate(self.file["gauge_node"][()]):
@@ -94,15 +94,15 @@ class Example(UdarTest):
         self.assertEqual(self.header("rests.csv"), REST_COLUMNS)
 
     def test_energy(self):
-        energy = self.run.csv("energy.csv")
-        np.testing.assert_array_equal(energy["time"], self.run.csv("gauges.csv")["time"])
+        energy = self.finished.csv("energy.csv")
+        np.testing.assert_array_equal(energy["time"], self.finished.csv("gauges.csv")["time"])
         # The default error control asks for 1e-8 per step; a run of some hundred steps adds up to less than 1e-5.
         self.assertLess(np.abs(energy["drift"]).max(), 1e-5)
         self.assertLess(abs(self.summary["energy_drift"]), 1e-5)
         parts = energy["kinetic"] + energy["line_strain"] + energy["fictitious_springs"] + energy["load_potential"]
         np.testing.assert_allclose(parts, energy["total"], rtol=1e-12, atol=1e-9 * np.abs(energy["total"]).max())
         np.testing.assert_array_less(-1e-9, np.diff(energy["lost_in_impacts"]))
-        last = self.run.csv("impacts.csv")["energy_loss"].sum()
+        last = self.finished.csv("impacts.csv")["energy_loss"].sum()
         np.testing.assert_allclose(energy["lost_in_impacts"][-1], last, rtol=1e-6, atol=1e-6 * energy["kinetic"].max())
 
     def test_summary(self):
@@ -110,7 +110,7 @@ class Example(UdarTest):
         self.assertEqual(self.summary["elements"], self.file.attrs["elements"])
         self.assertEqual(self.summary["ranks"], 1)
         self.assertEqual(len(self.summary["support_impulse"]), len(self.file["support_position"]))
-        impacts, rests = self.run.csv("impacts.csv"), self.run.csv("rests.csv")
+        impacts, rests = self.finished.csv("impacts.csv"), self.finished.csv("rests.csv")
         self.assertEqual(self.summary["impacts"], len(impacts["time"]))
         self.assertEqual(self.summary["rests"], int(np.count_nonzero(rests["event"] == "rest")))
         self.assertEqual(self.summary["releases"], int(np.count_nonzero(rests["event"] == "release")))
@@ -118,7 +118,7 @@ class Example(UdarTest):
         self.assertGreater(self.summary["rhs_evaluations"], self.summary["steps"])
         self.assertGreater(self.summary["peak_memory_bytes"], 1e6)
         self.assertLess(self.summary["peak_memory_bytes"], 1e9)
-        text = self.run.file("summary.json").read_text()
+        text = self.finished.file("summary.json").read_text()
         self.assertNotIn("NaN", text)
         self.assertNotIn("Infinity", text)
 
@@ -126,13 +126,13 @@ class Example(UdarTest):
         drop = self.option("initial_height")[0] - min(self.file["support_height"][()])
         fall = np.sqrt(2 * drop / GRAVITY)
         self.assertAlmostEqual(self.summary["first_contact_time"], fall, delta=1e-7)
-        impacts = self.run.csv("impacts.csv")
+        impacts = self.finished.csv("impacts.csv")
         self.assertAlmostEqual(impacts["time"][0], fall, delta=1e-7)
         self.assertAlmostEqual(impacts["velocity_before"][0], -GRAVITY * fall, delta=1e-5)
         self.assertGreaterEqual(self.summary["last_contact_time"], impacts["time"][-1])
 
     def test_impacts(self):
-        impacts = self.run.csv("impacts.csv")
+        impacts = self.finished.csv("impacts.csv")
         restitution = self.file["support_restitution"][()][impacts["support"].astype(int)]
         self.assertTrue((impacts["velocity_before"] < 0).all())
         rebound = -restitution * impacts["velocity_before"]
@@ -145,7 +145,7 @@ class Example(UdarTest):
 
     def test_symmetry(self):
         """A symmetric case stays symmetric: left and right nodes are hit at the same times up to the tenth impact."""
-        impacts, nodes = self.run.csv("impacts.csv"), self.summary["elements"]
+        impacts, nodes = self.finished.csv("impacts.csv"), self.summary["elements"]
         for node in np.unique(impacts["node"]):
             left, right = (impacts["time"][impacts["node"] == n][:5] for n in (node, nodes - node))
             np.testing.assert_allclose(left, right, rtol=0, atol=1e-10)
@@ -173,16 +173,16 @@ class Example(UdarTest):
 
     def test_tables_in_results_file(self):
         for name, columns in (("impacts", IMPACT_COLUMNS), ("rests", "time,node,x,support,release"), ("energy", ENERGY_COLUMNS)):
-            table, text = self.file[name], self.run.csv(f"{name}.csv")
+            table, text = self.file[name], self.finished.csv(f"{name}.csv")
             self.assertEqual(list(table.dtype.names), columns.split(","), name)
             self.assertEqual(len(table), len(text["time"]), name)
             for column in columns.split(","):
                 if column != "release":
                     np.testing.assert_array_equal(table[column], text[column], err_msg=f"{name}: {column}")
-        np.testing.assert_array_equal(self.file["rests"]["release"] != 0, self.run.csv("rests.csv")["event"] == "release")
+        np.testing.assert_array_equal(self.file["rests"]["release"] != 0, self.finished.csv("rests.csv")["event"] == "release")
 
     def test_xdmf(self):
-        path = self.run.file("results.xdmf")
+        path = self.finished.file("results.xdmf")
         tree = xml.etree.ElementTree.parse(path)
         references = [item for item in tree.iter("DataItem") if item.get("Format") == "HDF"]
         self.assertGreater(len(references), 0)

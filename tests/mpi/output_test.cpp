@@ -1,6 +1,6 @@
 /// @file
-/// What a run writes: the content of its files, read back without udar, on any number of ranks; and what is left of them
-/// when the disk is full.
+/// What a run writes: the content of its files, read back without udar, on any number of ranks; and what is left of
+/// them when the disk is full.
 
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -196,7 +196,9 @@ RunLayout layout_of(PetscInt nodes) {
 }
 
 /// Field values that tell quantity, row and node.
-double field_value(int quantity, int row, PetscInt node) { return quantity + 10.0 * row + 0.0078125 * static_cast<double>(node); }
+double field_value(int quantity, int row, PetscInt node) {
+  return quantity + 10.0 * row + 0.0078125 * static_cast<double>(node);
+}
 std::uint8_t resting_value(int row, PetscInt node) { return (row + node) % 3 == 0 ? 1 : 0; }
 
 /// A state to be written, made of `field_value`.
@@ -313,8 +315,7 @@ TEST(RunDirectory, ThatHoldsARunIsRefusedAndLeftAlone) {
     if (world_rank() == 0) {
       std::ofstream{folder / sign} << "precious";
     }
-    const std::string message =
-        failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder.path(), false); });
+    const std::string message = failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder.path(), false); });
     EXPECT_EQ(message, "option -output_directory: '" + folder.path() + "' already holds a run (" + sign +
                            "); give -output_overwrite to replace it, or another folder");
     if (world_rank() == 0) {
@@ -768,9 +769,9 @@ TEST(Summary, IsReadBackAsItWas) {
 
 TEST(Summary, ReportsAFolderThatIsGone) {
   const TemporaryFolder folder;
-  EXPECT_EQ(failure_of([&] { write_summary(PETSC_COMM_WORLD, folder / "gone/summary.json", {}); }),
-            "option -output_directory: cannot write '" + folder / "gone/summary.json.tmp" +
-                "': No such file or directory");
+  EXPECT_EQ(
+      failure_of([&] { write_summary(PETSC_COMM_WORLD, folder / "gone/summary.json", {}); }),
+      "option -output_directory: cannot write '" + folder / "gone/summary.json.tmp" + "': No such file or directory");
 }
 
 }  // namespace

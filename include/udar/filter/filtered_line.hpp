@@ -2,6 +2,8 @@
 /// @file
 /// The solve with wf^2 M + C: where the massless line stands for given masses and loads.
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,14 +30,18 @@ struct FilterParameters {
 /// @brief The massless elastic line on its filter springs, as a distributed block-2 matrix under a PETSc `KSP`.
 ///
 /// Unknowns are displacements from the reference axis, the straight line on which end springs and foundation are
-/// unstressed. The matrix is scaled to unit diagonal on both sides; the mixed form solves for the spring stretch
-/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation.
+/// unstressed. The matrix is scaled on both sides to a diagonal near one; the mixed form solves for the spring stretch
+/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation. The KSP's operator is matrix-free
+/// and differences before it multiplies; the assembled matrix serves the preconditioner.
 /// Source: docs/theory.md, "The discrete line".
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
 /// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 20 000 nodes, MUMPS
 /// beyond; and one refinement step.
 class FilteredLine {
  public:
+  FilteredLine(const FilteredLine&) = delete;
+  FilteredLine& operator=(const FilteredLine&) = delete;
+  ~FilteredLine() = default;
   /// Assembles and factors. @note Collective.
   /// @throws InputError if wf is not positive; petsc::Error if PETSc cannot set up the solver asked for
   FilteredLine(const BeamChain& beam, FilterParameters parameters);
@@ -66,18 +72,49 @@ class FilteredLine {
   [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
 
  private:
+  /// What the products need of an element: 1/h, and the entries of its matrix (side and cross in the Hermite form only).
+  struct ElementTerms {
+    double inverse_length = 0.0;
+    double diagonal = 0.0;
+    double coupling = 0.0;
+    double side = 0.0;
+    double cross = 0.0;
+  };
+  /// What a node adds to the diagonal, and which of its two unknowns there are.
+  struct NodeTerms {
+    std::array<double, 2> diagonal;
+    std::array<bool, 2> present;
+  };
+  /// An entry that only an end of the beam has: of an elastic rotation, or 1 for an unknown that is not there.
+  struct EndTerm {
+    std::size_t index;
+    double value;  // scaled
+  };
+
+  [[nodiscard]] ElementTerms element_terms(PetscInt number) const;
+  [[nodiscard]] std::array<std::array<double, 4>, 4> element_matrix(const ElementTerms& terms) const;
+  [[nodiscard]] NodeTerms node_terms(PetscInt node) const;
+  [[nodiscard]] double scale(PetscInt node, std::size_t unknown) const;
+  void collect_terms();
   void assemble();
   void configure_solver();
+  void multiply(std::span<const double> unknowns, std::span<double> product) const;
   void mixed_right_hand_side(std::span<const double> mass_displacement, std::span<const double> force,
                              std::span<double> values) const;
   void hermite_moments(std::span<const double> unknowns, std::span<double> moment) const;
   void check_residual();
+  static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
 
   const BeamChain* beam_;
   FilterParameters parameters_;
+  double wf2_;
+  std::vector<ElementTerms> elements_;  // [0] is left of the first local node, [i + 1] right of local node i
   std::vector<double> mass_;
-  std::vector<double> scale_;  // of the two unknowns of each local node
-  petsc::Matrix matrix_;
+  std::vector<double> springs_;  // filter spring, foundation and end spring of each local node [N/m]
+  std::vector<double> scale_;    // of the two unknowns of each local node; 0: the unknown is not there
+  std::vector<EndTerm> end_terms_;
+  petsc::Matrix matrix_;    // assembled, for the preconditioner
+  petsc::Matrix operator_;  // the same as a product without rounding of rigid motions, for residuals
   petsc::LinearSolver solver_;
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;

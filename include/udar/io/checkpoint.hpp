@@ -31,8 +31,8 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
 /// @brief Reads the checkpoint at `path`, written on any number of ranks.
 /// @param[in] nodes of this rank
 /// @note Collective. Fields come in the order they were written in.
-/// @throws FileError on all ranks, naming `-restart_file`, if there is no such file, it is no checkpoint, damaged, or of
-/// another number of nodes
+/// @throws FileError on all ranks, naming `-restart_file`, if there is no such file, it is no checkpoint, damaged, or
+/// of another number of nodes
 [[nodiscard]] Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path);
 
 }  // namespace udar::io

@@ -1,7 +1,7 @@
 #pragma once
 /// @file
-/// Tables for people: the text of gauges.csv, energy.csv, impacts.csv and rests.csv. Numbers have the fewest digits that
-/// read back to the same double; every row ends with a newline.
+/// Tables for people: the text of gauges.csv, energy.csv, impacts.csv and rests.csv. Numbers have the fewest digits
+/// that read back to the same double; every row ends with a newline.
 /// @see docs/output.md
 
 #include <cstddef>

@@ -41,16 +41,15 @@ class Hdf5Id {
 
 /// @brief A file open on all ranks of a communicator, with collective transfers and collective metadata.
 ///
-/// Every member function is collective and throws `FileError` on all ranks together when a call fails on one. HDF5 and
-/// MPI-IO cannot be trusted with a full disk: Open MPI's ranks then wait for each other for ever. So the space for every
-/// write is reserved first by rank 0 with the operating system; what does not fit is refused before HDF5 hears of it,
+/// Every member function is collective and throws `FileError` on all ranks together when a call fails on one. HDF5 over
+/// MPI-IO cannot be trusted with a full disk: Open MPI's ranks may then wait for each other for ever. So rank 0 first
+/// reserves the space of every write with the operating system; what does not fit is refused before HDF5 hears of it,
 /// and the file stays as it was after the last `flush`, whole and readable. Where a file system cannot reserve, its
-/// free space is compared instead, and if HDF5 still fails on some ranks while others are stuck in the call, the
-/// program ends with the message after a minute.
-/// @note `-output_directory` (writing) or the option given (reading) is named in every message.
+/// free space is compared instead. If HDF5 still fails on some ranks while others are stuck in the call, the program
+/// ends with the message after a minute.
 class Hdf5File {
  public:
-  enum class Access { kCreate, kRead };
+  enum class Access : std::uint8_t { create, read };
 
   /// @brief Creates (empties) or opens the file.
   /// @throws FileError on all ranks if there is no such file, no permission, or it is not HDF5
@@ -86,8 +85,8 @@ class Hdf5File {
   /// @param[in] records on rank 0
   /// @param[in] count   on every rank
   void append_records(const std::string& name, const void* records, std::size_t count);
-  /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not at
-  /// all.
+  /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not
+  /// at all.
   void reserve(std::uint64_t bytes);
   /// Bytes by which the next row of this dataset makes the file longer.
   [[nodiscard]] std::uint64_t growth(const std::string& name, std::size_t rows = 1) const;
@@ -131,6 +130,7 @@ class Hdf5File {
 
   void create();
   void open();
+  void set_transfer();
   void abandon() noexcept;
   void add_growing(const std::string& name, hid_t type, hsize_t columns);
   void add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value);

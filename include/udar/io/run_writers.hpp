@@ -11,7 +11,8 @@
 
 namespace udar::io {
 
-/// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, results.h5 and results.xdmf and returns who fills them.
+/// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, results.h5 and results.xdmf and returns who fills
+/// them.
 ///
 /// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when a rank holds more
 /// than 4096 of them; fields after each row. A run that is killed leaves readable files that lack at most the last of

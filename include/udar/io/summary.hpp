@@ -19,7 +19,7 @@ struct Summary {
   double end_time = 0.0;   ///< reached [s]
   PetscInt elements = 0;
   int ranks = 1;
-  PetscInt steps = 0;           ///< accepted
+  PetscInt steps = 0;  ///< accepted
   PetscInt rejected_steps = 0;
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;

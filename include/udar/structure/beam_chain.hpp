@@ -4,6 +4,7 @@
 
 #include <petscsys.h>
 
+#include <array>
 #include <limits>
 #include <span>
 #include <string>
@@ -90,19 +91,28 @@ class BeamChain {
 
   [[nodiscard]] const BeamEnd& end_at(PetscInt node) const;  ///< the end condition of node 0 or the last node
 
-  /// @brief Values of the nodes just outside this rank's piece (zero beyond the beam's ends).
-  /// @param[in] local one value per local node
-  /// @note Collective: one message to each neighbour.
+  /// @brief Values of the nodes just outside this rank's piece, zero beyond the beam's ends.
+  template <std::size_t Count>
   struct Halo {
-    double left = 0.0;
-    double right = 0.0;
+    std::array<double, Count> left{};
+    std::array<double, Count> right{};
   };
-  [[nodiscard]] Halo exchange(std::span<const double> local) const;
+  /// @param[in] first, last  the values of this rank's first and last node
+  /// @note Collective: one message to each neighbour.
+  template <std::size_t Count>
+  [[nodiscard]] Halo<Count> exchange(const std::array<double, Count>& first,
+                                     const std::array<double, Count>& last) const {
+    Halo<Count> halo;
+    exchange(first, last, halo.left, halo.right);
+    return halo;
+  }
 
   [[nodiscard]] double total_mass() const noexcept { return total_mass_; }  ///< [kg]
 
  private:
   [[nodiscard]] std::size_t segment_of_element(PetscInt element) const;
+  void exchange(std::span<const double> first, std::span<const double> last, std::span<double> left,
+                std::span<double> right) const;
 
   MPI_Comm comm_;
   BeamParameters parameters_;
