@@ -99,9 +99,11 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
     const auto node = static_cast<std::size_t>(point.local_node);
     const double gap = point.side * (masses.position[node] - point.height);
     if (gap < -kTogether * parameters_.hop_tolerance && overlap.empty()) {
+      const bool floor = std::isinf(supports_[static_cast<std::size_t>(point.support)].width);
       std::ostringstream message;
-      message << "option -support_height: support " << point.support << " at height " << point.height
-              << " m overlaps the beam at the start, by " << -gap << " m at x = "
+      message << "option " << (floor ? "-floor_height" : "-support_height") << ": " << point.height << " is not allowed, "
+              << (floor ? "the floor" : "support " + std::to_string(point.support))
+              << " overlaps the beam at the start, by " << -gap << " m at x = "
               << beam.position(beam.begin() + point.local_node)
               << " m; expected a height on its own side of the beam (-initial_height) [m]";
       overlap = message.str();

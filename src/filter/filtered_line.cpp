@@ -11,9 +11,9 @@
 namespace udar {
 namespace {
 
-/// Up to this many nodes every rank factors the whole line itself, at most some 10 MB: twenty times faster than MUMPS,
-/// whose latency dominates there (docs/performance.md). Beyond, no rank holds more than its piece.
-constexpr PetscInt kMostRepeatedNodes = 20000;
+/// Up to this many nodes every rank factors the whole line itself: ten to thirty times faster than MUMPS, for 60 MB a rank
+/// at the most (docs/performance.md). Beyond, no rank holds more than its piece.
+constexpr PetscInt kMostRepeatedNodes = 200000;
 
 /// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
 double shear_ratio(const BeamElement& element) {

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "udar/io/hdf5_file.hpp"
@@ -109,16 +110,15 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
 
   file.add_node_values("/x", layout.nodes, layout.x);
-  std::vector<std::int64_t> node;
-  for (PetscInt i = layout.nodes.begin; i < layout.nodes.end; ++i) {
-    node.push_back(i);
-  }
+  std::vector<std::int64_t> node(static_cast<std::size_t>(layout.nodes.count()));
+  std::iota(node.begin(), node.end(), layout.nodes.begin);
   file.add_node_values("/node", layout.nodes, node);
   file.add_small("/gauge_node", as_int64(layout.gauge_node));
   file.add_small("/gauge_position", layout.gauge_position);
 
   const auto add_of_supports = [&](const char* name, auto value_of) {
     std::vector<double> values;
+    values.reserve(layout.supports.size());
     for (const RunLayout::Support& support : layout.supports) {
       values.push_back(static_cast<double>(value_of(support)));
     }

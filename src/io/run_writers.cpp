@@ -1,7 +1,7 @@
 #include "udar/io/run_writers.hpp"
 
 #include <algorithm>
-#include <optional>
+#include <utility>
 
 #include "io/event_order.hpp"
 #include "io/text_file.hpp"
@@ -195,7 +195,7 @@ class FieldWriter final : public Observer {
               double interval)
       : results_{std::move(results)}, interval_{interval} {
     if (interval_ > 0.0) {
-      xdmf_.emplace(layout.comm, xdmf_path, "results.h5", layout.nodes.total);
+      xdmf_ = std::make_unique<XdmfFile>(layout.comm, xdmf_path, "results.h5", layout.nodes.total);
     }
   }
 
@@ -211,7 +211,7 @@ class FieldWriter final : public Observer {
  private:
   std::shared_ptr<ResultsFile> results_;
   double interval_;
-  std::optional<XdmfFile> xdmf_;
+  std::unique_ptr<XdmfFile> xdmf_;  ///< null without fields
 };
 
 }  // namespace

@@ -127,7 +127,7 @@ Table parse(std::string_view text, std::size_t min_columns) {
       if (reading != Reading::number || !std::isfinite(value)) {
         const char* what = reading == Reading::out_of_range   ? "' is out of range"
                            : reading == Reading::not_a_number ? "' is not a number"
-                                                             : "' is not a finite number";
+                                                              : "' is not a finite number";
         throw Complaint{where + ", column " + std::to_string(column + 1) + ": '" + std::string{fields[column]} + what};
       }
       table.values.push_back(value);

@@ -30,10 +30,10 @@ void XdmfFile::append(double time) {
   const std::string nodes = std::to_string(nodes_);
   const std::string row = std::to_string(rows_);
   const std::string rows = std::to_string(rows_ + 1);
-  // A value per node that does not move.
-  const auto fixed = [&](const char* name, const char* type) {
+  // A value per node that does not change.
+  const auto fixed = [&](const char* name, const char* type, const std::string& comment) {
     return std::string{"<DataItem Dimensions=\""} + nodes + "\" NumberType=\"" + type +
-           "\" Precision=\"8\" Format=\"HDF\">" + results_ + ":" + name + "</DataItem>\n";
+           "\" Precision=\"8\" Format=\"HDF\">" + comment + results_ + ":" + name + "</DataItem>\n";
   };
   // Row `rows_` of a field. Of the field's rows only those up to this one are named, so that this stays true while the
   // file grows.
@@ -49,13 +49,15 @@ void XdmfFile::append(double time) {
            slab("          ", name, type, precision) + "        </Attribute>\n";
   };
 
+  // VTK takes the points of the row before again if the first thing in the first item of the geometry reads the same.
+  const std::string unique = "<!-- row " + row + " -->";
   std::string grid = "      <Grid Name=\"row " + row + "\" GridType=\"Uniform\">\n        <Time Value=\"";
   append_number(grid, time);
   grid += "\"/>\n        <Topology TopologyType=\"Polyline\" NodesPerElement=\"" + nodes +
-          "\" NumberOfElements=\"1\">\n          " + fixed("/node", "Int") +
+          "\" NumberOfElements=\"1\">\n          " + fixed("/node", "Int", "") +
           "        </Topology>\n"
           "        <Geometry GeometryType=\"X_Y\">\n          " +
-          fixed("/x", "Float") + slab("          ", "line_position", "Float", "8") + "        </Geometry>\n";
+          fixed("/x", "Float", unique) + slab("          ", "line_position", "Float", "8") + "        </Geometry>\n";
   grid += attribute("moment", "Float", "8");
   grid += attribute("mass_position", "Float", "8");
   grid += attribute("mass_velocity", "Float", "8");

@@ -87,7 +87,8 @@ class Finished:
         return json.loads(self.file("summary.json").read_text())
 
     def __str__(self):
-        return f"\n  {' '.join(self.command)}\n  exit code {self.code}\n{self.out[-1500:]}{self.err[-3000:]}".replace("\r", "\n")
+        text = f"\n  {' '.join(self.command)}\n  exit code {self.code}\n{self.out[-1500:]}{self.err[-3000:]}"
+        return text.replace("\r", "\n")
 
 
 def command(options, ranks=0, extra=()):
@@ -97,9 +98,8 @@ def command(options, ranks=0, extra=()):
 
 
 def start(line, **keywords):
-    return subprocess.Popen(
-        line, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT, **keywords
-    )
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen(line, text=True, env=ENVIRONMENT, **pipes, **keywords)
 
 
 def run(options, ranks=0, extra=(), timeout=60, cwd=None):

@@ -13,14 +13,15 @@ import xml.etree.ElementTree
 import h5py
 import numpy as np
 
-from common import ROOT, STEEL_MASS, UdarTest, case, command, datasets, lumped_masses, run, start
+from common import ROOT, STOPPED_BY_STEPS, STEEL_MASS, UdarTest, case, command, datasets, lumped_masses, run, start
 
 EXAMPLE = ROOT / "examples" / "01-falling-beam" / "case.yaml"
 GRAVITY = 9.81
 
-SUMMARY_KEYS = """elements ranks steps rejected_steps rhs_evaluations line_solves impacts rests releases first_contact_time
-    last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse energy_drift wall_seconds peak_memory_bytes
-    versions""".split()
+SUMMARY_KEYS = """
+    elements ranks steps rejected_steps rhs_evaluations line_solves impacts rests releases first_contact_time
+    last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse energy_drift wall_seconds
+    peak_memory_bytes versions""".split()
 ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift"
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
 REST_COLUMNS = "time,node,x,support,event"
@@ -28,11 +29,13 @@ ROOT_ATTRIBUTES = "udar_version petsc_version hdf5_version mpi_version options f
 SUPPORT_DATASETS = ["support_position", "support_width", "support_height", "support_side", "support_restitution"]
 FIELDS = ["mass_position", "mass_velocity", "line_position", "moment"]
 
-HELP_OPTIONS = """beam_length beam_elements beam_section beam_radius beam_young_modulus beam_density beam_theory beam_left_end
-    beam_right_end beam_formulation gravity initial_height initial_slope initial_velocity initial_angular_velocity initial_shape
-    filter_frequency support_position support_width support_height support_side contact_restitution contact_tolerance floor
-    floor_height gauge_position load_position load_table output_directory output_interval output_field_interval output_overwrite
-    restart_file restart_interval udar_view ts_max_time ts_rtol ts_type ts_rk_type filter_ksp_type filter_pc_type""".split()
+HELP_OPTIONS = """
+    beam_length beam_elements beam_section beam_radius beam_young_modulus beam_density beam_theory beam_left_end
+    beam_right_end beam_formulation gravity initial_height initial_slope initial_velocity initial_angular_velocity
+    initial_shape filter_frequency support_position support_width support_height support_side contact_restitution
+    contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
+    output_field_interval output_overwrite restart_file restart_interval udar_view ts_max_time ts_rtol ts_type
+    ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
 
 
@@ -44,15 +47,15 @@ class Example(UdarTest):
         super().setUpClass()
         folder = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
         cls.addClassCleanup(shutil.rmtree, folder, ignore_errors=True)
-        cls.finished = run({"options_file": EXAMPLE, "filter_frequency": 50, "output_directory": folder / "run"}, cwd=folder, timeout=120)
+        options = {"options_file": EXAMPLE, "filter_frequency": 50, "output_directory": folder / "run"}
+        cls.finished = run(options, cwd=folder, timeout=120)
         if cls.finished.code != 0:
             raise RuntimeError(str(cls.finished))
         cls.summary = cls.finished.summary()
         cls.file = h5py.File(cls.finished.file("results.h5"), "r")
         cls.addClassCleanup(cls.file.close)
-        cls.options = dict(
-            line.lstrip("-").split(maxsplit=1) for line in as_text(cls.file.attrs["options"]).splitlines() if len(line.split()) > 1
-        )
+        lines = [line.split(maxsplit=1) for line in as_text(cls.file.attrs["options"]).splitlines()]
+        cls.options = {line[0].lstrip("-"): line[-1] for line in lines}
 
     def option(self, name):
         return [float(word) for word in self.options[name].strip("[]").split(",")]
@@ -68,9 +71,8 @@ class Example(UdarTest):
 
     def test_gauges(self):
         gauges = len(self.option("gauge_position"))
-        self.assertEqual(
-            self.header("gauges.csv"), "time," + ",".join(f"mass_{i},velocity_{i},line_{i}" for i in range(gauges)), self.run
-        )
+        columns = ["time"] + [f"{name}_{i}" for i in range(gauges) for name in ("mass", "velocity", "line")]
+        self.assertEqual(self.header("gauges.csv"), ",".join(columns), self.finished)
         found, interval = self.finished.csv("gauges.csv"), self.option("output_interval")[0]
         rows = int(np.floor(self.option("ts_max_time")[0] / interval * (1 + 1e-12))) + 1
         self.assertEqual(len(found["time"]), rows)
@@ -80,12 +82,14 @@ class Example(UdarTest):
 
     def test_gauges_agree_with_fields(self):
         found, fields = self.finished.csv("gauges.csv"), self.file["fields"]
-        common, rows, fields_rows = np.intersect1d(np.round(found["time"], 9), np.round(fields["time"][()], 9), return_indices=True)
-        self.assertGreater(len(common), 1, "times that both have")
+        times = (np.round(found["time"], 9), np.round(fields["time"][()], 9))
+        both, rows, fields_rows = np.intersect1d(*times, return_indices=True)
+        self.assertGreater(len(both), 1, "times that both have")
         for gauge, node in enumerate(self.file["gauge_node"][()]):
             for column, field in (("mass", "mass_position"), ("velocity", "mass_velocity"), ("line", "line_position")):
+                expected = fields[field][()][fields_rows, node]
                 np.testing.assert_allclose(
-                    found[f"{column}_{gauge}"][rows], fields[field][()][fields_rows, node], rtol=1e-12, atol=1e-12, err_msg=column
+                    found[f"{column}_{gauge}"][rows], expected, rtol=1e-12, atol=1e-12, err_msg=column
                 )
 
     def test_headers(self):
@@ -136,9 +140,10 @@ class Example(UdarTest):
         restitution = self.file["support_restitution"][()][impacts["support"].astype(int)]
         self.assertTrue((impacts["velocity_before"] < 0).all())
         rebound = -restitution * impacts["velocity_before"]
-        self.assertTrue((np.isclose(impacts["velocity_after"], rebound, rtol=1e-12) | (impacts["velocity_after"] == 0)).all())
+        after = impacts["velocity_after"]
+        self.assertTrue((np.isclose(after, rebound, rtol=1e-12) | (after == 0)).all())
         mass = lumped_masses(self.file.attrs["elements"])[impacts["node"].astype(int)]
-        np.testing.assert_allclose(impacts["impulse"], mass * (impacts["velocity_after"] - impacts["velocity_before"]), rtol=1e-9)
+        np.testing.assert_allclose(impacts["impulse"], mass * (after - impacts["velocity_before"]), rtol=1e-9)
         np.testing.assert_allclose(impacts["x"], self.file["x"][()][impacts["node"].astype(int)], rtol=1e-15)
         order = np.lexsort((impacts["node"], impacts["time"]))
         np.testing.assert_array_equal(order, np.arange(len(order)), err_msg="in order of time, then node")
@@ -167,19 +172,23 @@ class Example(UdarTest):
         interval = self.option("output_field_interval")[0]
         np.testing.assert_allclose(file["fields/time"][()], np.arange(rows) * interval, rtol=1e-15)
         for name in FIELDS:
-            self.assertEqual((file["fields"][name].shape, file["fields"][name].dtype), ((rows, nodes), np.float64), name)
+            field = file["fields"][name]
+            self.assertEqual((field.shape, field.dtype), ((rows, nodes), np.float64), name)
         self.assertEqual((file["fields/resting"].shape, file["fields/resting"].dtype), ((rows, nodes), np.uint8))
-        np.testing.assert_allclose(file["fields/moment"][()][:, [0, -1]], 0, atol=1e-6, err_msg="free ends carry no moment")
+        ends = file["fields/moment"][()][:, [0, -1]]
+        np.testing.assert_allclose(ends, 0, atol=1e-6, err_msg="free ends carry no moment")
 
     def test_tables_in_results_file(self):
-        for name, columns in (("impacts", IMPACT_COLUMNS), ("rests", "time,node,x,support,release"), ("energy", ENERGY_COLUMNS)):
+        rest_columns = REST_COLUMNS.replace("event", "release")
+        for name, columns in (("impacts", IMPACT_COLUMNS), ("rests", rest_columns), ("energy", ENERGY_COLUMNS)):
             table, text = self.file[name], self.finished.csv(f"{name}.csv")
             self.assertEqual(list(table.dtype.names), columns.split(","), name)
             self.assertEqual(len(table), len(text["time"]), name)
             for column in columns.split(","):
                 if column != "release":
                     np.testing.assert_array_equal(table[column], text[column], err_msg=f"{name}: {column}")
-        np.testing.assert_array_equal(self.file["rests"]["release"] != 0, self.finished.csv("rests.csv")["event"] == "release")
+        events = self.finished.csv("rests.csv")["event"]
+        np.testing.assert_array_equal(self.file["rests"]["release"] != 0, events == "release")
 
     def test_xdmf(self):
         path = self.finished.file("results.xdmf")
@@ -216,7 +225,8 @@ class Balance(UdarTest):
         mass = lumped_masses(20)
         change = mass @ (data["fields/mass_velocity"][-1] - data["fields/mass_velocity"][0])
         impulse = result.summary()["support_impulse"]
-        self.assertAlmostEqual(sum(impulse), change + STEEL_MASS * GRAVITY * end, delta=1e-6 * STEEL_MASS * GRAVITY, msg=result)
+        weight = STEEL_MASS * GRAVITY
+        self.assertAlmostEqual(sum(impulse), change + weight * end, delta=1e-6 * weight, msg=result)
         self.assertLess(abs(result.summary()["energy_drift"]), 1e-7)
         return impulse
 
@@ -238,8 +248,9 @@ class Balance(UdarTest):
     def test_zeno(self):
         """A flat fall bounces at t0 + 2 t0 (e + e^2 + ...) and rests at t0 (1 + e) / (1 - e)."""
         e, fall = 0.5, np.sqrt(2 / GRAVITY)
+        floor = {"support_position": None, "floor": True}
         result = self.run_case(
-            case(support_position=None, floor=True, contact_restitution=e, contact_tolerance=1e-9, ts_max_time=2, ts_rtol=1e-10)
+            case(contact_restitution=e, contact_tolerance=1e-9, ts_max_time=2, ts_rtol=1e-10, **floor)
         )
         impacts, rests = result.csv("impacts.csv"), result.csv("rests.csv")
         times = impacts["time"][impacts["node"] == 7]
@@ -247,7 +258,8 @@ class Balance(UdarTest):
         np.testing.assert_allclose(times[:12], expected, rtol=0, atol=1e-7)
         self.assertEqual(len(rests["time"]), 21, result)
         # What is left of the series when a hop of 1e-9 m ends it.
-        np.testing.assert_allclose(rests["time"], fall * (1 + e) / (1 - e), rtol=0, atol=4 * np.sqrt(2 * 1e-9 / GRAVITY))
+        last_hop = np.sqrt(8 * 1e-9 / GRAVITY)
+        np.testing.assert_allclose(rests["time"], fall * (1 + e) / (1 - e), rtol=0, atol=2 * last_hop)
         np.testing.assert_allclose(result.csv("gauges.csv")["mass_0"][-1], 0, atol=1e-12)
 
 
@@ -269,6 +281,12 @@ class Printing(UdarTest):
             self.assertIn(unit, result.out)
         self.assertEqual(list(self.scratch.iterdir()), [], "-help writes nothing")
 
+    def test_quiet_under_mpiexec(self):
+        """mpiexec gives every rank a terminal of its own; what the user reads is still a pipe."""
+        result = self.run_case(case(beam_elements=400, support_width=1), 2)  # seconds, not milliseconds
+        self.assertNotIn("\r", result.out + result.err)
+        self.assertNotIn("\x1b", result.out + result.err)
+
     def test_minimal_case(self):
         """The filter frequency and a beam are enough; results go where they are told."""
         result = self.run_case({"filter_frequency": 100, "ts_max_time": 0.1})
@@ -279,7 +297,11 @@ class Interrupted(UdarTest):
     def test_sigint(self):
         """A long run ends in order with exit code 130, readable files and a restart file that goes on."""
         options = case(
-            output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5, output_field_interval=0.5, restart_interval=1.0
+            output_directory=self.scratch / "run",
+            ts_max_time=1e5,
+            output_interval=0.5,
+            output_field_interval=0.5,
+            restart_interval=1.0,
         )
         process = start(command(options), cwd=self.scratch)
         gauges = self.scratch / "run" / "gauges.csv"
@@ -300,14 +322,20 @@ class Interrupted(UdarTest):
         xml.etree.ElementTree.parse(self.scratch / "run" / "results.xdmf")
         reached = (rows - 2) * 0.5
         rest = self.run_case(
-            {**options, "restart_file": self.scratch / "run" / "restart.h5", "ts_max_time": reached + 2.0}, name="rest"
+            {
+                **options,
+                "output_directory": self.scratch / "rest",
+                "restart_file": self.scratch / "run" / "restart.h5",
+                "ts_max_time": reached + 2.0,
+            }
         )
         after = rest.csv("gauges.csv")["time"]
         self.assertEqual(after[-1], reached + 2.0)
         self.assertLessEqual(after[0], reached + 0.5, "nothing is missing between the files")
 
     def test_killed_run_leaves_a_usable_checkpoint(self):
-        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5, restart_interval=0.5)
+        often = {"output_interval": 0.5, "restart_interval": 0.5}
+        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, **often)
         process = start(command(options), cwd=self.scratch)
         checkpoint = self.scratch / "run" / "restart.h5"
         for _ in range(200):
@@ -317,7 +345,8 @@ class Interrupted(UdarTest):
         time.sleep(0.3)
         process.send_signal(signal.SIGKILL)
         process.communicate()
-        rest = self.run_case({**options, "restart_file": checkpoint, "ts_max_steps": 100}, name="rest")
+        more = {"output_directory": self.scratch / "rest", "restart_file": checkpoint, "ts_max_steps": 100}
+        rest = self.run_case({**options, **more}, code=STOPPED_BY_STEPS)
         self.assertGreater(rest.summary()["steps"], 100)
 
 
@@ -325,7 +354,8 @@ class Integrators(UdarTest):
     """Every integrator that is accepted finds the same motion."""
 
     def gauge(self, name, **changes):
-        result = self.run_case(case(filter_frequency=50, ts_max_time=0.6, contact_restitution=0.5, **changes), name=name)
+        options = case(filter_frequency=50, ts_max_time=0.6, contact_restitution=0.5, **changes)
+        result = self.run_case(options, name=name)
         return result.csv("gauges.csv"), result.summary()
 
     def test_agreement(self):

@@ -99,6 +99,7 @@ Checkpoint checkpoint_of(const NodeRange& nodes) {
 
 std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   std::vector<std::uint64_t> result;
+  result.reserve(values.size());
   for (const double value : values) {
     result.push_back(std::bit_cast<std::uint64_t>(value));
   }

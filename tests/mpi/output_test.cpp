@@ -651,6 +651,9 @@ TEST(Xdmf, NamesOneRowOfTheFieldsPerTime) {
     EXPECT_NE(text.find("<Time Value=\"0.125\"/>"), std::string::npos);
     EXPECT_NE(text.find("<DataItem Dimensions=\"3 2\" Format=\"XML\">1 0 1 1 1 10</DataItem>"), std::string::npos);
     EXPECT_NE(text.find("results.h5:/fields/line_position"), std::string::npos);
+    // Without these VTK would show the points of the first row at all times.
+    EXPECT_NE(text.find("<!-- row 0 -->results.h5:/x"), std::string::npos);
+    EXPECT_NE(text.find("<!-- row 1 -->results.h5:/x"), std::string::npos);
     EXPECT_EQ(text.find("</Xdmf>"), text.size() - std::string{"</Xdmf>\n"}.size());
   }
 }

@@ -54,20 +54,21 @@ class Oracle(UdarTest):
             late = np.abs(rows[:common, 0] - got[:common, 0])
             if (late > TIME_TOLERANCE).any():
                 first = int(np.argmax(late > TIME_TOLERANCE))
+                (time, velocity), (found_time, found_velocity) = rows[first], got[first]
                 self.fail(
-                    f"node {node}, impact {first + 1} of {len(rows)}: expected at {rows[first, 0]:.9f} s with {rows[first, 1]:.6f} m/s,"
-                    f" found at {got[first, 0]:.9f} s with {got[first, 1]:.6f} m/s, off by {late[first]:.2e} s{run}"
+                    f"node {node}, impact {first + 1} of {len(rows)}: expected at {time:.9f} s with {velocity:.6f} m/s,"
+                    f" found at {found_time:.9f} s with {found_velocity:.6f} m/s, off by {late[first]:.2e} s{run}"
                 )
-            fast = np.abs(rows[:common, 1] - got[:common, 1])
-            self.assertLess(fast.max(initial=0.0), VELOCITY_TOLERANCE, f"node {node}, impact {fast.argmax() + 1}: velocity [m/s]{run}")
-            self.assertEqual(len(got), len(rows), f"node {node}: number of impacts faster than 1 mm/s up to {reference['window']} s{run}")
+            off = np.abs(rows[:common, 1] - got[:common, 1])
+            self.assertLess(off.max(initial=0), VELOCITY_TOLERANCE, f"node {node}: velocity at impact [m/s]{run}")
+            self.assertEqual(len(got), len(rows), f"node {node}: impacts up to {reference['window']} s{run}")
         self.assertEqual(sorted(found), sorted(expected), f"nodes that touch{run}")
 
     def compare_gauges(self, reference, run):
         expected = read_csv(DATA / f"{reference['name']}_gauges.csv")
         found = run.csv("gauges.csv")
         rows = len(expected["time"])
-        np.testing.assert_allclose(found["time"][:rows], expected["time"], rtol=0, atol=1e-12, err_msg="times of the rows")
+        np.testing.assert_allclose(found["time"][:rows], expected["time"], rtol=0, atol=1e-12)
         for name, values in expected.items():
             off = np.abs(found[name][:rows] - values)
             self.assertLess(off.max(), POSITION_TOLERANCE, f"{name} at {expected['time'][off.argmax()]:.2f} s [m]{run}")

@@ -35,7 +35,7 @@ struct FilterParameters {
 /// and differences before it multiplies; the assembled matrix serves the preconditioner.
 /// Source: docs/theory.md, "The discrete line".
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
-/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 20 000 nodes, MUMPS
+/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 200 000 nodes, MUMPS
 /// beyond; and one refinement step.
 class FilteredLine {
  public:

@@ -14,6 +14,7 @@ class TextFile;
 
 /// @brief The file results.xdmf: for each row of the fields the beam line as a polyline, with moment, mass position,
 /// mass velocity and resting on its nodes. The numbers stay in results.h5, of which it names the rows.
+/// For ParaView's "XDMF Reader"; its Xdmf3 readers know neither separate coordinate arrays nor rows of datasets.
 /// @note All calls are collective; rank 0 writes. The file is whole after each call.
 /// @see https://www.xdmf.org/index.php/XDMF_Model_and_Format
 class XdmfFile {
