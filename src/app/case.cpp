@@ -26,10 +26,9 @@ enum class Weighting { inclusive };
 template <class T>
 using Names = std::pair<const char*, T>;
 
-constexpr std::array kSections{Names<SectionKind>{"circle", SectionKind::circle},
-                               Names<SectionKind>{"tube", SectionKind::tube},
-                               Names<SectionKind>{"rectangle", SectionKind::rectangle},
-                               Names<SectionKind>{"direct", SectionKind::direct}};
+constexpr std::array kSections{
+    Names<SectionKind>{"circle", SectionKind::circle}, Names<SectionKind>{"tube", SectionKind::tube},
+    Names<SectionKind>{"rectangle", SectionKind::rectangle}, Names<SectionKind>{"direct", SectionKind::direct}};
 constexpr std::array kTheories{Names<Theory>{"euler_bernoulli", Theory::euler_bernoulli},
                                Names<Theory>{"timoshenko", Theory::timoshenko}};
 constexpr std::array kEnds{Names<EndKind>{"free", EndKind::free}, Names<EndKind>{"pinned", EndKind::pinned},
@@ -59,17 +58,18 @@ struct Size {
 /// Reads the sizes of the sections; every size a section needs must be there, every size given must be needed.
 std::vector<Section> read_sections(OptionGroup& group, std::size_t count, double poisson_ratio) {
   std::vector<SectionKind> kinds{SectionKind::circle};
-  group.choices<SectionKind>("-beam_section", kinds, kSections,
-                             "cross-section: circle (-beam_radius), tube (-beam_radius, -beam_inner_radius), rectangle "
-                             "(-beam_width, -beam_height) or direct (-beam_area, -beam_inertia); one, or one per segment");
+  group.choices<SectionKind>(
+      "-beam_section", kinds, kSections,
+      "cross-section: circle (-beam_radius), tube (-beam_radius, -beam_inner_radius), rectangle "
+      "(-beam_width, -beam_height) or direct (-beam_area, -beam_inertia); one, or one per segment");
   kinds = petsc::one_per("-beam_section", kinds, count, "one per segment of -beam_length");
   Numbers radius{0.1};
-  const bool radius_given = group.reals("-beam_radius", radius, "m", petsc::positive(), "outer radius of circle or tube");
-  std::array sizes{Size{"-beam_inner_radius", SectionKind::tube, false, {}},
-                   Size{"-beam_width", SectionKind::rectangle, false, {}},
-                   Size{"-beam_height", SectionKind::rectangle, false, {}},
-                   Size{"-beam_area", SectionKind::direct, false, {}},
-                   Size{"-beam_inertia", SectionKind::direct, false, {}}};
+  const bool radius_given =
+      group.reals("-beam_radius", radius, "m", petsc::positive(), "outer radius of circle or tube");
+  std::array sizes{
+      Size{"-beam_inner_radius", SectionKind::tube, false, {}}, Size{"-beam_width", SectionKind::rectangle, false, {}},
+      Size{"-beam_height", SectionKind::rectangle, false, {}}, Size{"-beam_area", SectionKind::direct, false, {}},
+      Size{"-beam_inertia", SectionKind::direct, false, {}}};
   constexpr std::array kTexts{"inner radius of tube", "width of rectangle, across the plane of bending",
                               "height of rectangle, in the plane of bending", "cross-section area",
                               "second moment of area of the cross-section"};
@@ -78,8 +78,9 @@ std::vector<Section> read_sections(OptionGroup& group, std::size_t count, double
     sizes[i].given = group.reals(sizes[i].key, sizes[i].values, kUnits[i], petsc::positive(), kTexts[i]);
   }
   Numbers shear{};
-  const bool shear_given = group.reals("-beam_shear_coefficient", shear, "-", petsc::positive(),
-                                       "Timoshenko's k in kGA; default by Cowper (1966) from the section, 5/6 for direct");
+  const bool shear_given =
+      group.reals("-beam_shear_coefficient", shear, "-", petsc::positive(),
+                  "Timoshenko's k in kGA; default by Cowper (1966) from the section, 5/6 for direct");
   radius = petsc::one_per("-beam_radius", radius, count, "one per segment of -beam_length");
   if (shear_given) {
     shear = petsc::one_per("-beam_shear_coefficient", shear, count, "one per segment of -beam_length");
@@ -134,9 +135,8 @@ BeamEnd read_end(OptionGroup& group, const std::string& side) {
   group.choice<EndKind>((key + "_end").c_str(), kind, kEnds, "how this end of the line is held");
   const bool spring_given = group.real((key + "_spring").c_str(), end.translational_stiffness, "N/m",
                                        petsc::non_negative(), "stiffness against displacement of a spring end");
-  const bool rotational_given =
-      group.real((key + "_rotational_spring").c_str(), end.rotational_stiffness, "N m/rad", petsc::non_negative(),
-                 "stiffness against rotation of a spring end");
+  const bool rotational_given = group.real((key + "_rotational_spring").c_str(), end.rotational_stiffness, "N m/rad",
+                                           petsc::non_negative(), "stiffness against rotation of a spring end");
   if ((spring_given || rotational_given) && kind != EndKind::spring) {
     throw InputError{"option " + key + "_spring needs " + key + "_end spring"};
   }
@@ -148,7 +148,9 @@ BeamEnd read_end(OptionGroup& group, const std::string& side) {
 }
 
 BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
-  OptionGroup group{comm, "Beam: one straight beam from x = 0, uniform or in segments (lists: one entry per segment, or one for all)"};
+  OptionGroup group{
+      comm,
+      "Beam: one straight beam from x = 0, uniform or in segments (lists: one entry per segment, or one for all)"};
   BeamParameters beam;
   Numbers length{10.0};
   std::vector<PetscInt> elements{20};
@@ -172,8 +174,8 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   const std::vector<Section> sections = read_sections(group, count, poisson_ratio);
   const bool bending_given = group.reals("-beam_bending_stiffness", bending, "N m^2", petsc::positive(),
                                          "EI; default from section and modulus");
-  const bool mass_given = group.reals("-beam_mass_per_length", mass, "kg/m", petsc::positive(),
-                                      "rhoA; default from section and density");
+  const bool mass_given =
+      group.reals("-beam_mass_per_length", mass, "kg/m", petsc::positive(), "rhoA; default from section and density");
   const bool shear_given = group.reals("-beam_shear_stiffness", shear, "N", petsc::positive(),
                                        "kGA for -beam_theory timoshenko; default from section and modulus");
   group.reals("-beam_foundation", foundation, "N/m^2", petsc::non_negative(),
@@ -186,9 +188,10 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   group.reals("-beam_point_mass_position", point_position, "m", petsc::non_negative(),
               "where point masses sit: the nearest node");
   group.reals("-beam_point_mass", point_mass, "kg", petsc::positive(), "point masses, one per position or one for all");
-  group.choice<Formulation>("-beam_formulation", formulation, kFormulations,
-                            "unknowns of the line: displacement and moment (mixed), or displacement and rotation (hermite), "
-                            "which loses its digits on fine meshes");
+  group.choice<Formulation>(
+      "-beam_formulation", formulation, kFormulations,
+      "unknowns of the line: displacement and moment (mixed), or displacement and rotation (hermite), "
+      "which loses its digits on fine meshes");
 
   elements = petsc::one_per("-beam_elements", elements, count, per_segment);
   modulus = petsc::one_per("-beam_young_modulus", modulus, count, per_segment);
@@ -203,19 +206,19 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   for (std::size_t i = 0; i < count; ++i) {
     const double shear_modulus = modulus[i] / (2.0 * (1.0 + poisson_ratio));
     const double section_shear = sections[i].shear_coefficient * shear_modulus * sections[i].area;
-    beam.segments.push_back(
-        {.length = length[i],
-         .elements = elements[i],
-         .bending_stiffness = bending_given ? bending[i] : modulus[i] * sections[i].inertia,
-         .mass_per_length = mass_given ? mass[i] : density[i] * sections[i].area,
-         .shear_stiffness = theory == Theory::euler_bernoulli ? std::numeric_limits<double>::infinity()
-                            : shear_given                     ? shear[i]
+    beam.segments.push_back({.length = length[i],
+                             .elements = elements[i],
+                             .bending_stiffness = bending_given ? bending[i] : modulus[i] * sections[i].inertia,
+                             .mass_per_length = mass_given ? mass[i] : density[i] * sections[i].area,
+                             .shear_stiffness = theory == Theory::euler_bernoulli
+                                                    ? std::numeric_limits<double>::infinity()
+                                                : shear_given ? shear[i]
                                                               : section_shear,
-         .foundation_stiffness = foundation[i]});
+                             .foundation_stiffness = foundation[i]});
   }
   if (!point_position.empty() || !point_mass.empty()) {
-    point_mass = petsc::one_per("-beam_point_mass", point_mass, point_position.size(),
-                                "one per -beam_point_mass_position");
+    point_mass =
+        petsc::one_per("-beam_point_mass", point_mass, point_position.size(), "one per -beam_point_mass_position");
     for (std::size_t i = 0; i < point_position.size(); ++i) {
       beam.point_masses.push_back({.position = point_position[i], .mass = point_mass[i]});
     }
@@ -224,7 +227,8 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
 }
 
 FilterParameters read_filter(MPI_Comm comm) {
-  OptionGroup group{comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
+  OptionGroup group{
+      comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
   FilterParameters filter;
   const bool given = group.real("-filter_frequency", filter.filter_frequency, "rad/s", petsc::positive(),
                                 "filter frequency wf: all frequencies of the model fall below it; required");
@@ -239,22 +243,26 @@ FilterParameters read_filter(MPI_Comm comm) {
 }
 
 void read_initial(MPI_Comm comm, Case& input) {
-  OptionGroup group{comm, "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
+  OptionGroup group{comm,
+                    "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
   input.initial.height = 1.0;
   std::string shape;
   Numbers load_position;
   Strings load_table;
   group.real("-gravity", input.gravity, "m/s^2", petsc::any(), "acceleration downward; acts on the line");
-  group.real("-initial_height", input.initial.height, "m", petsc::any(), "height of the axis at mid-length above y = 0");
+  group.real("-initial_height", input.initial.height, "m", petsc::any(),
+             "height of the axis at mid-length above y = 0");
   group.real("-initial_slope", input.initial.slope, "-", petsc::any(), "slope of the axis");
   group.real("-initial_velocity", input.initial.velocity, "m/s", petsc::any(), "velocity of all masses, up");
   group.real("-initial_angular_velocity", input.initial.angular_velocity, "rad/s", petsc::any(),
              "about mid-length, counter-clockwise");
-  group.string("-initial_shape", shape,
-               "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
+  group.string(
+      "-initial_shape", shape,
+      "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
   group.reals("-load_position", load_position, "m", petsc::non_negative(), "where nodal forces act: the nearest node");
   group.strings("-load_table", load_table,
-                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, constant outside");
+                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, "
+                "constant outside");
   if (!shape.empty()) {
     const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
     input.initial.shape.x = column(table, 0);
@@ -264,7 +272,8 @@ void read_initial(MPI_Comm comm, Case& input) {
     }
     if (std::ranges::adjacent_find(input.initial.shape.x, std::ranges::greater_equal{}) !=
         input.initial.shape.x.end()) {
-      throw InputError{"option -initial_shape: '" + shape + "': the positions in column 1 must be strictly ascending [m]"};
+      throw InputError{"option -initial_shape: '" + shape +
+                       "': the positions in column 1 must be strictly ascending [m]"};
     }
   }
   if (!load_position.empty() || !load_table.empty()) {

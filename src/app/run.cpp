@@ -241,11 +241,11 @@ int run(MPI_Comm comm) {
   int signal_number = signal_received;
   MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, comm);
   const RunCounts& counts = dynamics.counts();
-  UDAR_CALL(PetscPrintf(comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
-                        dynamics.completed() ? "finished" : "stopped", dynamics.time(),
-                        static_cast<long long>(counts.steps), static_cast<long long>(counts.impacts),
-                        static_cast<long long>(line.solves()), dynamics.energy().drift(),
-                        input.output.directory.c_str()));
+  UDAR_CALL(PetscPrintf(
+      comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
+      dynamics.completed() ? "finished" : "stopped", dynamics.time(), static_cast<long long>(counts.steps),
+      static_cast<long long>(counts.impacts), static_cast<long long>(line.solves()), dynamics.energy().drift(),
+      input.output.directory.c_str()));
   if (!dynamics.completed()) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));

@@ -25,8 +25,8 @@ const char* describe(const BeamEnd& end) {
   return end.translational_stiffness == 0.0 && end.moment_free() ? "free" : "spring";
 }
 
-/// Whether somebody watches standard output. Open MPI's mpirun gives its ranks a terminal of their own even when its output
-/// goes to a file: there mpirun's own output counts, the parent process of rank 0 on the same machine.
+/// Whether somebody watches standard output. Open MPI's mpirun gives its ranks a terminal of their own even when its
+/// output goes to a file: there mpirun's own output counts, the parent process of rank 0 on the same machine.
 bool output_is_watched() {
   if (isatty(STDOUT_FILENO) == 0) {
     return false;
@@ -78,21 +78,23 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
   int size = 1;
   MPI_Comm_size(comm, &size);
   const auto elements = static_cast<long long>(beam.elements());
-  UDAR_CALL(PetscPrintf(comm, "beam: length %g m, %lld elements, mass %g kg, ends %s / %s, %s form, %d rank%s\n",
-                        beam.length(), elements, beam.total_mass(), describe(beam.parameters().left),
-                        describe(beam.parameters().right),
-                        line.parameters().formulation == Formulation::mixed ? "mixed" : "hermite", size,
-                        size > 1 ? "s" : ""));
+  UDAR_CALL(PetscPrintf(
+      comm, "beam: length %g m, %lld elements, mass %g kg, ends %s / %s, %s form, %d rank%s\n", beam.length(), elements,
+      beam.total_mass(), describe(beam.parameters().left), describe(beam.parameters().right),
+      line.parameters().formulation == Formulation::mixed ? "mixed" : "hermite", size, size > 1 ? "s" : ""));
   for (std::size_t i = 0; i < beam.parameters().segments.size(); ++i) {
     const BeamSegment& segment = beam.parameters().segments[i];
-    UDAR_CALL(PetscPrintf(comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n", i,
-                          segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness,
-                          segment.mass_per_length, segment.shear_stiffness, segment.foundation_stiffness));
+    UDAR_CALL(PetscPrintf(
+        comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n", i,
+        segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness, segment.mass_per_length,
+        segment.shear_stiffness, segment.foundation_stiffness));
   }
-  UDAR_CALL(PetscPrintf(comm, "start: axis at %g m, slope %g, velocity %g m/s, angular velocity %g rad/s, gravity %g m/s^2\n",
+  UDAR_CALL(PetscPrintf(comm,
+                        "start: axis at %g m, slope %g, velocity %g m/s, angular velocity %g rad/s, gravity %g m/s^2\n",
                         input.initial.height, input.initial.slope, input.initial.velocity,
                         input.initial.angular_velocity, input.gravity));
-  UDAR_CALL(PetscPrintf(comm, "filter: wf %g rad/s, decay length %g m = %g elements, residual of the first solves %.1e\n",
+  UDAR_CALL(PetscPrintf(comm,
+                        "filter: wf %g rad/s, decay length %g m = %g elements, residual of the first solves %.1e\n",
                         line.filter_frequency(), decay_length(beam, line.filter_frequency()),
                         decay_length(beam, line.filter_frequency()) / beam.length() * static_cast<double>(elements),
                         line.worst_residual()));
@@ -110,13 +112,15 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
     }
     MPI_Allreduce(MPI_IN_PLACE, &mass, 1, MPI_DOUBLE, MPI_SUM, comm);
     const double wf = line.filter_frequency();
-    UDAR_CALL(PetscPrintf(comm, "support %zu: x %g m, width %g m, height %g m, %s, e %g, nodes %lld to %lld, filter spring stiffness %g N/m\n",
-                          i, support.position, support.width, support.height,
-                          support.side == SupportSide::below ? "below" : "above", support.restitution,
-                          static_cast<long long>(first), static_cast<long long>(last), wf * wf * mass));
+    UDAR_CALL(PetscPrintf(
+        comm,
+        "support %zu: x %g m, width %g m, height %g m, %s, e %g, nodes %lld to %lld, filter spring stiffness %g N/m\n",
+        i, support.position, support.width, support.height, support.side == SupportSide::below ? "below" : "above",
+        support.restitution, static_cast<long long>(first), static_cast<long long>(last), wf * wf * mass));
   }
   if (springs.stiffness > 0.0) {
-    UDAR_CALL(PetscPrintf(comm, "supports below: stiffness %g N/m, drop %g m, predicted sag of the line through them %g m\n",
+    UDAR_CALL(PetscPrintf(comm,
+                          "supports below: stiffness %g N/m, drop %g m, predicted sag of the line through them %g m\n",
                           springs.stiffness, springs.drop, springs.predicted_sag));
   }
   for (const double gauge : input.gauges) {
@@ -132,11 +136,12 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
                     const SupportSprings& springs) {
   const MPI_Comm comm = line.beam().comm();
   if (!modes.empty() && modes.front().distortion() < -kWarningShare) {
-    UDAR_CALL(PetscFPrintf(comm, stderr,
-                           "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
-                           "the curves are qualitative. -filter_frequency %.3g would keep it to 1 %%\n",
-                           modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
-                           7.02 * modes.front().frequency));
+    UDAR_CALL(
+        PetscFPrintf(comm, stderr,
+                     "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
+                     "the curves are qualitative. -filter_frequency %.3g would keep it to 1 %%\n",
+                     modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
+                     7.02 * modes.front().frequency));
   }
   if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
     UDAR_CALL(PetscFPrintf(comm, stderr,
@@ -173,9 +178,10 @@ void ProgressLine::step(const Progress& progress) {
   const double done = progress.time - first_time_;
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const double left = done > 0.0 ? elapsed * (progress.end_time - progress.time) / done : 0.0;
-  std::printf("\r t %.5g / %.5g s  step %lld  impacts %lld  resting %lld  energy drift %+.1e  left %.0f s \033[K", progress.time,
-              progress.end_time, static_cast<long long>(progress.steps), static_cast<long long>(progress.impacts),
-              static_cast<long long>(progress.resting), progress.energy_drift, left);
+  std::printf("\r t %.5g / %.5g s  step %lld  impacts %lld  resting %lld  energy drift %+.1e  left %.0f s \033[K",
+              progress.time, progress.end_time, static_cast<long long>(progress.steps),
+              static_cast<long long>(progress.impacts), static_cast<long long>(progress.resting), progress.energy_drift,
+              left);
   std::fflush(stdout);
 }
 

@@ -14,8 +14,7 @@ ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, dou
     outcome.rests = true;
     outcome.velocity = 0.0;
   }
-  outcome.energy_loss =
-      0.5 * mass.mass * (mass.velocity * mass.velocity - outcome.velocity * outcome.velocity);
+  outcome.energy_loss = 0.5 * mass.mass * (mass.velocity * mass.velocity - outcome.velocity * outcome.velocity);
   return outcome;
 }
 

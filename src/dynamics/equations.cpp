@@ -4,7 +4,8 @@
 
 namespace udar {
 
-Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial) : line_{&line}, loads_{&loads} {
+Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial)
+    : line_{&line}, loads_{&loads} {
   const BeamChain& beam = line.beam();
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   axis_.reserve(count);

@@ -24,8 +24,8 @@ constexpr double kInstantUnits = 4.0;
 constexpr double kInstantWindow = 1e-2;
 // Newton's method on the exact step converges quadratically; more corrections mean a grazing contact, met well enough.
 constexpr int kMostCorrections = 12;
-// Absolute tolerance of the step control, in units of rtol and the scale of the motion: keeps the energy of e = 1 runs to
-// 10 rtol per 20 impacts (tests/verification).
+// Absolute tolerance of the step control, in units of rtol and the scale of the motion: keeps the energy of e = 1 runs
+// to 10 rtol per 20 impacts (tests/verification).
 constexpr double kAbsoluteShare = 0.05;
 // Masses within this share of the hop tolerance touch together.
 constexpr double kTogether = 1e-2;
@@ -101,10 +101,10 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
     if (gap < -kTogether * parameters_.hop_tolerance && overlap.empty()) {
       const bool floor = std::isinf(supports_[static_cast<std::size_t>(point.support)].width);
       std::ostringstream message;
-      message << "option " << (floor ? "-floor_height" : "-support_height") << ": " << point.height << " is not allowed, "
-              << (floor ? "the floor" : "support " + std::to_string(point.support))
-              << " overlaps the beam at the start, by " << -gap << " m at x = "
-              << beam.position(beam.begin() + point.local_node)
+      message << "option " << (floor ? "-floor_height" : "-support_height") << ": " << point.height
+              << " is not allowed, " << (floor ? "the floor" : "support " + std::to_string(point.support))
+              << " overlaps the beam at the start, by " << -gap
+              << " m at x = " << beam.position(beam.begin() + point.local_node)
               << " m; expected a height on its own side of the beam (-initial_height) [m]";
       overlap = message.str();
     }
@@ -130,8 +130,8 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
       largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
     }
     for (const ContactPoint& point : points_) {
-      largest[2] = std::max(largest[2],
-                            std::abs(masses.position[static_cast<std::size_t>(point.local_node)] - point.height));
+      largest[2] =
+          std::max(largest[2], std::abs(masses.position[static_cast<std::size_t>(point.local_node)] - point.height));
     }
     MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
     const double wf = equations_->line().filter_frequency();
@@ -179,9 +179,10 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSGetType(stepper_, &type));
   const std::string_view name{type};
   if (name != TSRK && name != TSEULER && name != TSSSP) {
-    throw InputError{"option -ts_type: '" + std::string{name} +
-                     "' is not allowed, expected one of rk, euler, ssp; the filtered motion is an explicit system Y' = f(t, Y) "
-                     "without Jacobian or splitting, which this integrator would need"};
+    throw InputError{
+        "option -ts_type: '" + std::string{name} +
+        "' is not allowed, expected one of rk, euler, ssp; the filtered motion is an explicit system Y' = f(t, Y) "
+        "without Jacobian or splitting, which this integrator would need"};
   }
   first_stage_at_start_ = name == TSRK || name == TSEULER;
   if (name == TSRK) {
@@ -192,7 +193,8 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSSetSolution(stepper_, state_));
   UDAR_CALL(TSGetMaxTime(stepper_, &end_time_));
   if (!(end_time_ > 0.0) || !std::isfinite(end_time_)) {
-    throw InputError{"option -ts_max_time: " + std::to_string(end_time_) + " is not allowed, expected a number > 0 [s]"};
+    throw InputError{"option -ts_max_time: " + std::to_string(end_time_) +
+                     " is not allowed, expected a number > 0 [s]"};
   }
 }
 
@@ -279,9 +281,8 @@ double ImpactDynamics::survey(double length) {
     const ContactPoint& point = points_[index];
     const auto node = static_cast<std::size_t>(point.local_node);
     if (point.resting) {
-      const auto pressing =
-          cubic_bernstein(-point.side * start_.stretch[node], -point.side * start_rate_[node],
-                          -point.side * end_.stretch[node], -point.side * end_rate_[node], length);
+      const auto pressing = cubic_bernstein(-point.side * start_.stretch[node], -point.side * start_rate_[node],
+                                            -point.side * end_.stretch[node], -point.side * end_rate_[node], length);
       if (const auto theta = first_closing(pressing, 0)) {
         const double s = 1.0 - *theta;
         const double slope = -3.0 / length *
@@ -381,8 +382,8 @@ double ImpactDynamics::hit(double event_time, double step_end) {
     double next = kNever;
     for (const Candidate& candidate : candidates_) {
       if (candidate.time <= event_time + window) {
-        next = std::min(next, std::clamp(corrected_time(candidate, target), candidate.time - window,
-                                         candidate.time + window));
+        next = std::min(
+            next, std::clamp(corrected_time(candidate, target), candidate.time - window, candidate.time + window));
       }
     }
     MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPI_DOUBLE, MPI_MIN, equations_->beam().comm());
@@ -435,8 +436,7 @@ void ImpactDynamics::resolve(double time, double resolution) {
       const TouchingMass mass{.velocity = point.side * velocity,
                               .acceleration = point.side * wf2_ * end_.stretch[node],
                               .mass = equations_->line().mass()[node]};
-      const ContactOutcome outcome =
-          resolve_contact(mass, point.restitution, parameters_.hop_tolerance);
+      const ContactOutcome outcome = resolve_contact(mass, point.restitution, parameters_.hop_tolerance);
       if (!outcome.impact && !outcome.rests) {
         continue;
       }
@@ -505,9 +505,8 @@ void ImpactDynamics::track_line_gap(double until) {
   const double length = until - start_.time;
   const auto record = [&](const ContactPoint& point, double gap, double time) {
     if (gap < line_gap_.gap) {
-      line_gap_ = {.gap = gap,
-                   .x = equations_->beam().position(equations_->beam().begin() + point.local_node),
-                   .time = time};
+      line_gap_ = {
+          .gap = gap, .x = equations_->beam().position(equations_->beam().begin() + point.local_node), .time = time};
     }
   };
   for (const ContactPoint& point : points_) {
@@ -703,8 +702,9 @@ void ImpactDynamics::after_step() {
   event_time = earliest[0];
   if (earliest[1] == 0.0) {
     return_to_start();
-    throw SolveError{"the motion is no longer finite after t = " + std::to_string(start_.time) +
-                     " s; the time step is too long for -filter_frequency (see -ts_dt, -ts_adapt_type) or a load is not finite"};
+    throw SolveError{
+        "the motion is no longer finite after t = " + std::to_string(start_.time) +
+        " s; the time step is too long for -filter_frequency (see -ts_dt, -ts_adapt_type) or a load is not finite"};
   }
 
   const bool event = event_time <= time;
@@ -771,8 +771,8 @@ void ImpactDynamics::solve() {
     TSConvergedReason reason = TS_CONVERGED_ITERATING;
     UDAR_CALL(TSGetConvergedReason(stepper_, &reason));
     if (reason < 0) {
-      throw SolveError{std::string{"the time integration failed: "} + TSConvergedReasons[reason] + " at t = " +
-                       std::to_string(start_.time) + " s (see -ts_monitor, -ts_adapt_monitor)"};
+      throw SolveError{std::string{"the time integration failed: "} + TSConvergedReasons[reason] +
+                       " at t = " + std::to_string(start_.time) + " s (see -ts_monitor, -ts_adapt_monitor)"};
     }
     completed_ = reason == TS_CONVERGED_TIME;
   }

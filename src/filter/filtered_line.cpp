@@ -11,8 +11,8 @@
 namespace udar {
 namespace {
 
-/// Up to this many nodes every rank factors the whole line itself: ten to thirty times faster than MUMPS, for 60 MB a rank
-/// at the most (docs/performance.md). Beyond, no rank holds more than its piece.
+/// Up to this many nodes every rank factors the whole line itself: ten to thirty times faster than MUMPS, for 60 MB a
+/// rank at the most (docs/performance.md). Beyond, no rank holds more than its piece.
 constexpr PetscInt kMostRepeatedNodes = 200000;
 
 /// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
@@ -27,10 +27,8 @@ std::array<std::array<double, 4>, 4> FilteredLine::element_matrix(const ElementT
   if (parameters_.formulation == Formulation::mixed) {
     const double t = e.inverse_length;
     const double pull = beam_->parameters().tension * t;
-    return {{{pull, -t, -pull, t},
-             {-t, e.diagonal, t, e.coupling},
-             {-pull, t, pull, -t},
-             {t, e.coupling, -t, e.diagonal}}};
+    return {
+        {{pull, -t, -pull, t}, {-t, e.diagonal, t, e.coupling}, {-pull, t, pull, -t}, {t, e.coupling, -t, e.diagonal}}};
   }
   return {{{e.side, e.cross, -e.side, e.cross},
            {e.cross, e.diagonal, -e.cross, e.coupling},
@@ -243,8 +241,8 @@ void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> 
   const Pair first = values(0);
   const auto halo = beam.exchange(first, values(count - 1));
 
-  // What an element gives to the rows of its two nodes. Differences come first: they are exact, so that rigid motions give
-  // nothing, which the assembled entries cannot promise.
+  // What an element gives to the rows of its two nodes. Differences come first: they are exact, so that rigid motions
+  // give nothing, which the assembled entries cannot promise.
   const auto apply = [&](const ElementTerms& e, const Pair& a, const Pair& b, Pair& to_a, Pair& to_b) {
     if (mixed) {
       const double slope = (b[0] - a[0]) * e.inverse_length;
@@ -310,8 +308,7 @@ void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<d
   // (w, theta) of node i; the right neighbour's first node comes from its rank.
   const auto w = [&](std::size_t i) { return unknowns[2 * i] * scale_[2 * i]; };
   const auto theta = [&](std::size_t i) { return unknowns[2 * i + 1] * scale_[2 * i + 1]; };
-  const auto [next_w, next_theta] =
-      beam.exchange<2>({w(0), theta(0)}, {w(count - 1), theta(count - 1)}).right;
+  const auto [next_w, next_theta] = beam.exchange<2>({w(0), theta(0)}, {w(count - 1), theta(count - 1)}).right;
   for (std::size_t i = 0; i < count; ++i) {
     const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
     const bool last = node == beam.elements();

@@ -56,7 +56,7 @@ herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) 
 }
 
 bool disk_is_full(const std::string& path) {
-  struct statvfs disk {};
+  struct statvfs disk{};
   return statvfs(path.c_str(), &disk) == 0 &&
          static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < kMetadataBytes;
 }
@@ -87,7 +87,7 @@ int reserve_space(int descriptor, std::uint64_t begin, std::uint64_t bytes) {
     return errno;
   }
 #endif
-  struct statvfs disk {};
+  struct statvfs disk{};
   const bool full =
       fstatvfs(descriptor, &disk) == 0 && static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < bytes;
   return full ? ENOSPC : 0;
@@ -285,7 +285,7 @@ void Hdf5File::require_usable() const {
 void Hdf5File::flush() {
   require_usable();
   agree(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
-  struct stat status {};
+  struct stat status{};
   if (rank_ == 0 && fstat(descriptor_, &status) == 0) {
     const auto end = static_cast<std::uint64_t>(status.st_size);
     assert(end <= flushed_end_ + pending_ + kMetadataBytes);  // else too little was reserved

@@ -16,9 +16,10 @@
 namespace udar::petsc {
 namespace {
 
-constexpr std::array kOwnGroups = {"beam_",  "structure_", "filter_", "support_", "contact_", "initial_", "load_",
-                                   "gauge_", "output_",    "restart_", "udar_",   "bench_",   "gravity",  "floor"};
-constexpr std::array kSolverGroups = {"filter_ksp_", "filter_pc_", "filter_mat_", "filter_sub_", "filter_mg_", "filter_eps_", "filter_st_"};
+constexpr std::array kOwnGroups = {"beam_",  "structure_", "filter_",  "support_", "contact_", "initial_", "load_",
+                                   "gauge_", "output_",    "restart_", "udar_",    "bench_",   "gravity",  "floor"};
+constexpr std::array kSolverGroups = {"filter_ksp_", "filter_pc_",  "filter_mat_", "filter_sub_",
+                                      "filter_mg_",  "filter_eps_", "filter_st_"};
 
 std::set<std::string>& known_keys() {
   static std::set<std::string> keys;
@@ -107,7 +108,8 @@ std::vector<std::string> OptionGroup::raw(const char* key, bool& given) const {
   return words;
 }
 
-void OptionGroup::help(const char* key, const std::string& now, const std::string& kind, const std::string& text) const {
+void OptionGroup::help(const char* key, const std::string& now, const std::string& kind,
+                       const std::string& text) const {
   if (print_help_) {
     UDAR_CALL(PetscPrintf(comm_, "  %-28s <%s>  %s\n      %s\n", key, now.c_str(), kind.c_str(), text.c_str()));
   }

@@ -53,8 +53,8 @@ void insert_options_file(const std::string& path) {
   throw_together<InputError>(PETSC_COMM_WORLD, failure);
   const PetscErrorCode code = PetscOptionsInsertFile(PETSC_COMM_WORLD, nullptr, path.c_str(), PETSC_TRUE);
   if (code != 0) {
-    failure = "option -options_file: '" + path + "' is neither valid YAML (name ends in .yaml or .yml) nor a PETSc options file: " +
-              take_error_message();
+    failure = "option -options_file: '" + path +
+              "' is neither valid YAML (name ends in .yaml or .yml) nor a PETSc options file: " + take_error_message();
   }
   throw_together<InputError>(PETSC_COMM_WORLD, failure);
 }

@@ -81,8 +81,8 @@ double BeamChain::position(PetscInt node) const {
   }
   const std::size_t index = segment_of_element(node);
   const BeamSegment& segment = parameters_.segments[index];
-  return first_position_[index] + segment.length * (static_cast<double>(node - first_element_[index]) /
-                                                    static_cast<double>(segment.elements));
+  return first_position_[index] +
+         segment.length * (static_cast<double>(node - first_element_[index]) / static_cast<double>(segment.elements));
 }
 
 double BeamChain::mass(PetscInt node) const {
@@ -120,8 +120,7 @@ PetscInt BeamChain::nearest_node(double position) const {
   const BeamSegment& segment = parameters_.segments[index];
   const double steps = (position - first_position_[index]) / segment.length * static_cast<double>(segment.elements);
   const double nearest = std::ceil(steps - 0.5 - kEdgeTolerance);
-  return first_element_[index] +
-         static_cast<PetscInt>(std::clamp(nearest, 0.0, static_cast<double>(segment.elements)));
+  return first_element_[index] + static_cast<PetscInt>(std::clamp(nearest, 0.0, static_cast<double>(segment.elements)));
 }
 
 BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {

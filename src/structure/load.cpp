@@ -14,11 +14,12 @@ Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>
   for (const NodalLoad& load : nodal) {
     if (load.time.empty() || load.time.size() != load.force.size() ||
         std::ranges::adjacent_find(load.time, std::ranges::greater_equal{}) != load.time.end()) {
-      throw InputError{"option -load_table: the times [s] of a load table must be strictly ascending, with a force [N] each"};
+      throw InputError{
+          "option -load_table: the times [s] of a load table must be strictly ascending, with a force [N] each"};
     }
     if (!(load.position >= 0.0 && load.position <= beam.length())) {
-      throw InputError{"option -load_position: " + std::to_string(load.position) + " is off the beam, expected from 0 to " +
-                       std::to_string(beam.length()) + " [m]"};
+      throw InputError{"option -load_position: " + std::to_string(load.position) +
+                       " is off the beam, expected from 0 to " + std::to_string(beam.length()) + " [m]"};
     }
     kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
     const PetscInt node = beam.nearest_node(load.position);
@@ -39,8 +40,7 @@ Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, double time) {
     return {.force = load.force.back(), .rate = 0.0};
   }
   const auto right = static_cast<std::size_t>(after - load.time.begin());
-  const double rate =
-      (load.force[right] - load.force[right - 1]) / (load.time[right] - load.time[right - 1]);
+  const double rate = (load.force[right] - load.force[right - 1]) / (load.time[right] - load.time[right - 1]);
   return {.force = load.force[right - 1] + rate * (time - load.time[right - 1]), .rate = rate};
 }
 

@@ -115,8 +115,8 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::ve
               PetscInt repeats) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  UDAR_CALL(PetscPrintf(comm, "wf %g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n", wf,
-                        ranks));
+  UDAR_CALL(PetscPrintf(comm, "wf %g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n",
+                        wf, ranks));
   UDAR_CALL(PetscPrintf(comm, "%-34s", "form"));
   for (const PetscInt size : sizes) {
     UDAR_CALL(PetscPrintf(comm, " %18lld", static_cast<long long>(size)));

@@ -154,7 +154,8 @@ Eigen lumped_modes(const BeamChain& beam) {
   Dense scaled{nodes.size()};
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (std::size_t j = 0; j < nodes.size(); ++j) {
-      scaled(i, j) = 0.5 * (c(nodes[i], nodes[j]) + c(nodes[j], nodes[i])) / (root_mass(nodes[i]) * root_mass(nodes[j]));
+      scaled(i, j) =
+          0.5 * (c(nodes[i], nodes[j]) + c(nodes[j], nodes[i])) / (root_mass(nodes[i]) * root_mass(nodes[j]));
     }
   }
   const Eigen reduced = eigen(scaled);

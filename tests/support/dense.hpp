@@ -22,7 +22,8 @@ struct Dense {
 /// Solves A x = b by Gaussian elimination with pivoting in extended precision.
 [[nodiscard]] std::vector<double> solve(const Dense& matrix, const std::vector<double>& right_hand_side);
 
-/// Eigenvalues (ascending) and, in the columns of `vectors`, eigenvectors of a symmetric matrix, by SLEPc's LAPACK solver.
+/// Eigenvalues (ascending) and, in the columns of `vectors`, eigenvectors of a symmetric matrix, by SLEPc's LAPACK
+/// solver.
 struct Eigen {
   std::vector<double> values;
   Dense vectors;

@@ -75,7 +75,8 @@ INSTANTIATE_TEST_SUITE_P(Ends, FilterSpectrum,
                          testing::Values(Ends{"free", {}, {}}, Ends{"pinned", test::kPinned, test::kPinned},
                                          Ends{"clamped", test::kClamped, test::kClamped},
                                          Ends{"cantilever", test::kClamped, {}},
-                                         Ends{"springs", {.translational_stiffness = 1e6, .rotational_stiffness = 1e6},
+                                         Ends{"springs",
+                                              {.translational_stiffness = 1e6, .rotational_stiffness = 1e6},
                                               {.translational_stiffness = 5e5}}),
                          [](const auto& instance) { return std::string{instance.param.name}; });
 

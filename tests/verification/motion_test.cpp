@@ -52,8 +52,7 @@ TEST(FlatFall, BouncesAsABallAndRestsAtTheZenoTime) {
   const test::Option end{"-ts_max_time", "2.0"};
   const double e = 0.5;
   const InitialState initial{.height = 1.0};
-  test::Fall fall{test::steel_beam(20), 100.0,   kGravity,
-                  initial,              {Support::floor(0.0, e)}, {.hop_tolerance = 1e-17}};
+  test::Fall fall{test::steel_beam(20), 100.0, kGravity, initial, {Support::floor(0.0, e)}, {.hop_tolerance = 1e-17}};
   test::Recorder record{2.0};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -153,9 +152,8 @@ TEST(OneMass, VibratesBetweenStopsInClosedForm) {
   const double lambda = wf * w / std::hypot(wf, w);
   InitialState initial{.height = 0.0};
   initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.2}, .velocity = {}};
-  const std::vector<Support> stops{
-      {.position = 10.0, .height = -0.1, .restitution = 1.0, .side = SupportSide::below},
-      {.position = 10.0, .height = 0.25, .restitution = 1.0, .side = SupportSide::above}};
+  const std::vector<Support> stops{{.position = 10.0, .height = -0.1, .restitution = 1.0, .side = SupportSide::below},
+                                   {.position = 10.0, .height = 0.25, .restitution = 1.0, .side = SupportSide::above}};
   test::Fall fall{parameters, wf, 0.0, initial, stops};
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
@@ -184,9 +182,8 @@ TEST(OneMass, HitsBothStops) {
   parameters.segments[0].bending_stiffness = 1e-3;  // a free mass on a line without strength
   InitialState initial{.height = 0.0};
   initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.0}, .velocity = {0.0, 3.0}};
-  const std::vector<Support> stops{
-      {.position = 10.0, .height = -0.1, .restitution = 0.8, .side = SupportSide::below},
-      {.position = 10.0, .height = 0.2, .restitution = 0.8, .side = SupportSide::above}};
+  const std::vector<Support> stops{{.position = 10.0, .height = -0.1, .restitution = 0.8, .side = SupportSide::below},
+                                   {.position = 10.0, .height = 0.2, .restitution = 0.8, .side = SupportSide::above}};
   test::Fall fall{parameters, 9.0, 0.0, initial, stops};
   test::Recorder record;
   fall.dynamics.add_observer(record);

@@ -40,7 +40,7 @@ struct ContactPoint {
   double side = 1.0;        ///< +1 support below, -1 above: gap = side (y - height)
   double height = 0.0;      ///< [m]
   double restitution = 1.0;
-  bool resting = false;     ///< the mass is at rest on the support
+  bool resting = false;  ///< the mass is at rest on the support
 };
 
 /// @brief The nodes a support touches: [first, last], empty if first > last.
@@ -48,7 +48,8 @@ struct ContactPoint {
 
 /// @brief This rank's contact points, by support, then by node.
 /// @note Not collective.
-/// @throws InputError naming option, value and range if a support is off the beam, touches no node or has e outside [0, 1]
+/// @throws InputError naming option, value and range if a support is off the beam, touches no node or has e outside [0,
+/// 1]
 [[nodiscard]] std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports);
 
 }  // namespace udar

@@ -25,14 +25,14 @@ struct ContactParameters {
 
 /// @brief Sums over the whole run so far; equal on every rank.
 struct RunCounts {
-  PetscInt steps = 0;            ///< accepted, repeated steps to an impact not counted
-  PetscInt repeated_steps = 0;   ///< steps of exact length taken again to hit an event
-  PetscInt rejected_steps = 0;   ///< by the error control
+  PetscInt steps = 0;           ///< accepted, repeated steps to an impact not counted
+  PetscInt repeated_steps = 0;  ///< steps of exact length taken again to hit an event
+  PetscInt rejected_steps = 0;  ///< by the error control
   PetscInt rhs_evaluations = 0;
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;
-  PetscInt resting = 0;          ///< masses at rest now
+  PetscInt resting = 0;              ///< masses at rest now
   double first_contact_time = -1.0;  ///< [s]; negative: none yet
   double last_contact_time = -1.0;   ///< last impact, or last instant some mass rested [s]; negative: none yet
 };
@@ -53,10 +53,10 @@ struct MotionState {
 
 /// @brief Integrates the filtered equations with a PETSc `TS` and lets masses hit, rest on and leave rigid supports.
 ///
-/// After every step the end state is surveyed on the step's dense output. If a gap closes or a resting mass lifts inside
-/// it, the step is taken back and repeated with exactly the length that leads to the first such instant, corrected until
-/// the instant is met to round-off; then all masses that are there get their new velocities and the integrator restarts.
-/// Source: docs/theory.md, "Contact in the post-step".
+/// After every step the end state is surveyed on the step's dense output. If a gap closes or a resting mass lifts
+/// inside it, the step is taken back and repeated with exactly the length that leads to the first such instant,
+/// corrected until the instant is met to round-off; then all masses that are there get their new velocities and the
+/// integrator restarts. Source: docs/theory.md, "Contact in the post-step".
 /// @note Options: all of `-ts_*`. Collective throughout. The referenced objects must outlive this one.
 class ImpactDynamics {
  public:
@@ -75,7 +75,7 @@ class ImpactDynamics {
   void solve();
 
   [[nodiscard]] TS stepper() const noexcept { return stepper_; }
-  [[nodiscard]] double time() const noexcept { return start_.time; }  ///< [s], of the last good step
+  [[nodiscard]] double time() const noexcept { return start_.time; }    ///< [s], of the last good step
   [[nodiscard]] double end_time() const noexcept { return end_time_; }  ///< [s]
   /// Whether the run reached its end (not stopped by a request or by `-ts_max_steps`).
   [[nodiscard]] bool completed() const noexcept { return completed_; }
@@ -145,7 +145,7 @@ class ImpactDynamics {
   petsc::Vector start_state_;  // the same at the start of the step
   LineState start_;
   LineState end_;
-  LineState last_;             // of the last right-hand side
+  LineState last_;  // of the last right-hand side
   LineState scratch_;
   std::vector<double> start_rate_;  // d' [m/s], kept only while a mass rests
   std::vector<double> end_rate_;

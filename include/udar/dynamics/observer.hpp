@@ -19,7 +19,7 @@ struct EnergyLedger {
   double load_work = 0.0;           ///< minus the integral of dF/dt' Yc: what changing loads brought in since t = 0
   double lost_in_impacts = 0.0;     ///< lost in impacts and rests since t = 0
   double initial = 0.0;             ///< total at t = 0
-  double scale = 0.0;               ///< what `drift` is relative to: max of |initial| and the largest kinetic energy so far
+  double scale = 0.0;  ///< what `drift` is relative to: max of |initial| and the largest kinetic energy so far
 
   [[nodiscard]] double total() const noexcept { return kinetic + line_strain + fictitious_springs + load_potential; }
   /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution.
@@ -30,13 +30,13 @@ struct EnergyLedger {
 
 /// @brief The state at one time; the spans hold this rank's nodes in order and live only during the call.
 struct Snapshot {
-  double time = 0.0;                        ///< [s]
-  std::span<const double> mass_position;    ///< Ym [m]
-  std::span<const double> mass_velocity;    ///< Vm [m/s]
-  std::span<const double> line_position;    ///< Yc [m]
-  std::span<const double> moment;           ///< bending moment EI w'' [N m]
-  std::span<const std::uint8_t> resting;    ///< 1 where the mass rests on a support
-  EnergyLedger energy;                      ///< [J], whole structure
+  double time = 0.0;                      ///< [s]
+  std::span<const double> mass_position;  ///< Ym [m]
+  std::span<const double> mass_velocity;  ///< Vm [m/s]
+  std::span<const double> line_position;  ///< Yc [m]
+  std::span<const double> moment;         ///< bending moment EI w'' [N m]
+  std::span<const std::uint8_t> resting;  ///< 1 where the mass rests on a support
+  EnergyLedger energy;                    ///< [J], whole structure
 };
 
 /// @brief One mass hitting one support.
@@ -62,11 +62,11 @@ struct RestRecord {
 
 /// @brief Where a run stands after a step, equal on every rank.
 struct Progress {
-  double time = 0.0;      ///< [s]
-  double end_time = 0.0;  ///< [s]
-  PetscInt steps = 0;     ///< accepted so far
-  PetscInt impacts = 0;   ///< so far, all ranks
-  PetscInt resting = 0;   ///< masses at rest now
+  double time = 0.0;          ///< [s]
+  double end_time = 0.0;      ///< [s]
+  PetscInt steps = 0;         ///< accepted so far
+  PetscInt impacts = 0;       ///< so far, all ranks
+  PetscInt resting = 0;       ///< masses at rest now
   double energy_drift = 0.0;  ///< at the last snapshot
 };
 

@@ -21,22 +21,22 @@ enum class Formulation : std::uint8_t {
 
 /// @brief What shapes a `FilteredLine`.
 struct FilterParameters {
-  double filter_frequency = 0.0;             ///< wf [rad/s], > 0
+  double filter_frequency = 0.0;  ///< wf [rad/s], > 0
   Formulation formulation = Formulation::mixed;
-  PetscInt check_interval = 50;              ///< every so many solves the residual is computed; 0: never
-  double residual_tolerance = 1e-8;          ///< largest normwise backward error that passes the check [-]
+  PetscInt check_interval = 50;      ///< every so many solves the residual is computed; 0: never
+  double residual_tolerance = 1e-8;  ///< largest normwise backward error that passes the check [-]
 };
 
 /// @brief The massless elastic line on its filter springs, as a distributed block-2 matrix under a PETSc `KSP`.
 ///
 /// Unknowns are displacements from the reference axis, the straight line on which end springs and foundation are
 /// unstressed. The matrix is scaled on both sides to a diagonal near one; the mixed form solves for the spring stretch
-/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation. The KSP's operator is matrix-free
-/// and differences before it multiplies; the assembled matrix serves the preconditioner.
-/// Source: docs/theory.md, "The discrete line".
+/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation. The KSP's operator is
+/// matrix-free and differences before it multiplies; the assembled matrix serves the preconditioner. Source:
+/// docs/theory.md, "The discrete line".
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
-/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 200 000 nodes, MUMPS
-/// beyond; and one refinement step.
+/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 200
+/// 000 nodes, MUMPS beyond; and one refinement step.
 class FilteredLine {
  public:
   FilteredLine(const FilteredLine&) = delete;
@@ -66,13 +66,14 @@ class FilteredLine {
   [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }  ///< [kg], local nodes
   [[nodiscard]] double filter_frequency() const noexcept { return parameters_.filter_frequency; }
   [[nodiscard]] PetscInt solves() const noexcept { return solves_; }
-  [[nodiscard]] KSP solver() const noexcept { return solver_; }      ///< for PETSc calls beyond this class
-  [[nodiscard]] Mat matrix() const noexcept { return matrix_; }      ///< scaled, two unknowns per node
+  [[nodiscard]] KSP solver() const noexcept { return solver_; }  ///< for PETSc calls beyond this class
+  [[nodiscard]] Mat matrix() const noexcept { return matrix_; }  ///< scaled, two unknowns per node
   /// Largest normwise backward error seen by the residual check so far [-].
   [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
 
  private:
-  /// What the products need of an element: 1/h, and the entries of its matrix (side and cross in the Hermite form only).
+  /// What the products need of an element: 1/h, and the entries of its matrix (side and cross in the Hermite form
+  /// only).
   struct ElementTerms {
     double inverse_length = 0.0;
     double diagonal = 0.0;

@@ -14,10 +14,10 @@ namespace udar {
 
 /// @brief A stretch of beam with constant properties.
 struct BeamSegment {
-  double length = 0.0;             ///< [m], > 0
-  PetscInt elements = 0;           ///< > 0
-  double bending_stiffness = 0.0;  ///< EI [N m^2], > 0
-  double mass_per_length = 0.0;    ///< rhoA [kg/m], > 0
+  double length = 0.0;                                               ///< [m], > 0
+  PetscInt elements = 0;                                             ///< > 0
+  double bending_stiffness = 0.0;                                    ///< EI [N m^2], > 0
+  double mass_per_length = 0.0;                                      ///< rhoA [kg/m], > 0
   double shear_stiffness = std::numeric_limits<double>::infinity();  ///< kGA [N]; infinite: Euler-Bernoulli
   double foundation_stiffness = 0.0;  ///< per length, both ways, unstressed on the reference axis [N/m^2], >= 0
 };
@@ -116,8 +116,8 @@ class BeamChain {
 
   MPI_Comm comm_;
   BeamParameters parameters_;
-  std::vector<PetscInt> first_element_;  // of each segment, then the number of elements
-  std::vector<double> first_position_;   // of each segment, then the length
+  std::vector<PetscInt> first_element_;                   // of each segment, then the number of elements
+  std::vector<double> first_position_;                    // of each segment, then the length
   std::vector<std::pair<PetscInt, double>> node_masses_;  // point masses by node, ascending
   PetscInt begin_ = 0;
   PetscInt end_ = 0;
