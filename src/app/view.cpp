@@ -154,7 +154,7 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
   }
 }
 
-ProgressLine::ProgressLine(MPI_Comm comm) : visible_{false}, begin_{Clock::now()}, last_{begin_} {
+ProgressLine::ProgressLine(MPI_Comm comm) : begin_{Clock::now()}, last_{begin_} {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   visible_ = rank == 0 && output_is_watched();

@@ -84,13 +84,19 @@ FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
   configure_solver();
 }
 
+/// Where `elements_` keeps an element that touches a local node.
+std::size_t FilteredLine::slot(PetscInt element) const {
+  const PetscInt index = element + 1 - beam_->begin();
+  return static_cast<std::size_t>(index);
+}
+
 void FilteredLine::collect_terms() {
   const BeamChain& beam = *beam_;
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   elements_.resize(count + 1);
   for (PetscInt element = std::max<PetscInt>(beam.begin() - 1, 0); element < std::min(beam.end(), beam.elements());
        ++element) {
-    elements_[static_cast<std::size_t>(element - beam.begin() + 1)] = element_terms(element);
+    elements_[slot(element)] = element_terms(element);
   }
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     const NodeTerms terms = node_terms(node);
@@ -147,7 +153,7 @@ void FilteredLine::assemble() {
       if (element < 0 || element == beam.elements()) {
         continue;
       }
-      const auto matrix = element_matrix(elements_[static_cast<std::size_t>(element - beam.begin() + 1)]);
+      const auto matrix = element_matrix(elements_[slot(element)]);
       const std::size_t own = element == node ? 0 : 2;
       for (std::size_t a = 0; a < 2; ++a) {
         for (std::size_t b = 0; b < 4; ++b) {

@@ -67,6 +67,10 @@ REFUSED = {
     "malformed_shape": ({"initial_shape": "words.csv"}, ["-initial_shape", "words.csv", "heavy"]),
     "missing_restart_file": ({"restart_file": "absent.h5"}, ["-restart_file", "absent.h5"]),
     "restart_file_is_text": ({"restart_file": "table.csv"}, ["-restart_file", "table.csv"]),
+    "restart_file_of_another_mesh": (
+        {"restart_file": "done/restart.h5", "beam_elements": 24},
+        ["-restart_file", "done/restart.h5", "21", "25"],
+    ),
     "missing_yaml": ({"options_file": "absent.yaml"}, ["absent.yaml"]),
     "yaml_is_a_folder": ({"options_file": "folder.yaml"}, ["folder.yaml"]),
     "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml"]),

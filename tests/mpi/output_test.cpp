@@ -583,7 +583,8 @@ TEST(RunWriters, WriteTheEventsOfAllRanksInOrder) {
     std::vector<double> times;
     std::vector<double> nodes;
     for (int i = 0; i < 18; ++i) {
-      times.push_back(0.5 * (i / 6));
+      const int instant = i / 6;
+      times.push_back(0.5 * instant);
       nodes.push_back(i % 6 * 2);
     }
     EXPECT_EQ(file.column("/impacts", "time"), times);

@@ -19,6 +19,7 @@ CASES = {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+    "parallel_factorisation": {"filter_pc_type": "lu", "filter_pc_factor_mat_solver_type": "mumps"},
     "pads_and_ceiling": {
         "support_position": "2,8,5",
         "support_width": "1,0,2",
@@ -77,7 +78,7 @@ class Ranks(UdarTest):
 
 
 for key, value in CASES.items():
-    tried = (1, 2, 3, 4) if key == "plastic" else (2, 3)
+    tried = {"plastic": (1, 2, 3, 4), "parallel_factorisation": (3,)}.get(key, (2, 3))
     setattr(Ranks, f"test_{key}", lambda self, value=value, tried=tried: self.check(value, tried))
 
 
@@ -105,6 +106,19 @@ class Restart(UdarTest):
             )
         for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap"):
             self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
+
+
+    def test_on_another_number_of_ranks(self):
+        options = case(ts_max_time=0.6, contact_restitution=0.5)
+        whole = self.run_case(options, name="whole")
+        first = self.run_case({**options, "ts_max_steps": 150}, 2, name="first", code=STOPPED_BY_STEPS)
+        second = self.run_case({**options, "restart_file": first.file("restart.h5")}, 3, name="second")
+        expected, found = whole.csv("gauges.csv"), second.csv("gauges.csv")
+        rows = len(found["time"])
+        self.assertGreater(rows, 1)
+        for name, values in expected.items():
+            if not name.startswith("velocity_"):
+                np.testing.assert_allclose(found[name], values[-rows:], rtol=0, atol=TOLERANCE, err_msg=name)
 
 
 for name, changes in {

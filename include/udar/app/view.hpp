@@ -36,7 +36,7 @@ class ProgressLine final : public Observer {
 
  private:
   using Clock = std::chrono::steady_clock;
-  bool visible_;
+  bool visible_ = false;
   bool printed_ = false;
   double first_time_ = -1.0;
   Clock::time_point begin_;

@@ -32,7 +32,7 @@ class StepPolynomial {
   [[nodiscard]] const std::array<double, 6>& bernstein() const noexcept { return coefficients_; }
 
  private:
-  std::array<double, 6> coefficients_;
+  std::array<double, 6> coefficients_{};
   double length_;
 };
 

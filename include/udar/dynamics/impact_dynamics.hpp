@@ -114,7 +114,7 @@ class ImpactDynamics {
   void load_end(double time);
   double survey(double length);
   double hit(double event_time, double step_end);
-  double corrected_time(const Candidate& candidate, double time) const;
+  [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
   double repeat_step(double time);
   void return_to_start();
   void resolve(double time, double resolution);

@@ -93,9 +93,10 @@ class FilteredLine {
   };
 
   [[nodiscard]] ElementTerms element_terms(PetscInt number) const;
-  [[nodiscard]] std::array<std::array<double, 4>, 4> element_matrix(const ElementTerms& terms) const;
+  [[nodiscard]] std::array<std::array<double, 4>, 4> element_matrix(const ElementTerms& e) const;
   [[nodiscard]] NodeTerms node_terms(PetscInt node) const;
-  [[nodiscard]] double scale(PetscInt node, std::size_t unknown) const;
+  [[nodiscard]] double scale(PetscInt node, std::size_t a) const;
+  [[nodiscard]] std::size_t slot(PetscInt element) const;
   void collect_terms();
   void assemble();
   void configure_solver();

@@ -29,9 +29,8 @@ class Handle {
   ~Handle() { reset(); }
 
   /// The raw handle, still owned here.
-  operator T() const noexcept {
-    return object_;
-  }  // NOLINT(google-explicit-constructor): PETSc calls take the raw handle
+  // NOLINTNEXTLINE(google-explicit-constructor): PETSc calls take the raw handle
+  operator T() const noexcept { return object_; }
   /// Where a PETSc `XxxCreate` writes its result; what was owned before is destroyed.
   T* put() noexcept {
     reset();

@@ -34,7 +34,7 @@ class Loads {
   [[nodiscard]] const std::vector<double>& kinks() const noexcept { return kinks_; }
 
   struct LocalLoad {
-    PetscInt local_node;
+    PetscInt local_node = 0;
     NodalLoad table;
   };
   /// The time-dependent loads on this rank.
