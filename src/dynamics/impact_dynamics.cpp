@@ -44,6 +44,13 @@ double integral(const StepPolynomial& polynomial, double theta, double length) {
           5.0 * polynomial.position(middle + offset));
 }
 
+/// count times interval; 3 times 0.1 is 0.3, not the product of the rounded 0.1.
+double multiple(PetscInt count, double interval) {
+  const double per_unit = std::round(1.0 / interval);
+  const bool divides = per_unit > 0.0 && 1.0 / per_unit == interval;
+  return divides ? static_cast<double>(count) / per_unit : static_cast<double>(count) * interval;
+}
+
 /// Value of a cubic in Bernstein form.
 double bernstein_value(const std::array<double, 4>& c, double theta) {
   const double s = 1.0 - theta;
@@ -569,7 +576,7 @@ void ImpactDynamics::emit_snapshots(double until) {
   const MPI_Comm comm = equations_->beam().comm();
   const auto due_time = [](const Due& due) {
     const double interval = due.observer->interval();
-    return interval > 0.0 ? static_cast<double>(due.next) * interval : kNever;
+    return interval > 0.0 ? multiple(due.next, interval) : kNever;
   };
   const double length = end_.time - start_.time;
   while (!due_.empty()) {

@@ -30,8 +30,11 @@ struct Form {
   PetscInt most_elements;  // beyond, a solve takes too long to be worth a line in the table
 };
 
-std::vector<Form> forms() {
+std::vector<Form> forms(bool given) {
   constexpr PetscInt kAny = 100'000'000;
+  if (given) {
+    return {{"mixed, solver as given", Formulation::mixed, {}, kAny}};
+  }
   return {{"hermite, BAIJ LU + refinement", Formulation::hermite, {{"-filter_pc_type", "lu"}}, kAny},
           {"mixed, AIJ LU (pointwise)",
            Formulation::mixed,
@@ -111,8 +114,8 @@ std::vector<double> quad_stretch(const BeamChain& beam, double wf, const std::ve
 
 /// Prints, for each form and N, the largest error of the acceleration relative to its largest value, and the time of a
 /// solve per node (best of the repeats).
-void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::vector<PetscInt>& sizes,
-              PetscInt repeats) {
+void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::vector<PetscInt>& sizes, PetscInt repeats,
+              bool given) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   UDAR_CALL(PetscPrintf(comm, "wf %g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n",
@@ -122,7 +125,7 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::ve
     UDAR_CALL(PetscPrintf(comm, " %18lld", static_cast<long long>(size)));
   }
   UDAR_CALL(PetscPrintf(comm, "\n"));
-  for (const Form& form : forms()) {
+  for (const Form& form : forms(given)) {
     UDAR_CALL(PetscPrintf(comm, "%-34s", form.name));
     for (const PetscInt size : sizes) {
       if (size > form.most_elements) {
@@ -175,6 +178,7 @@ int bench(MPI_Comm comm) {
   Kind kind = Kind::accuracy;
   std::vector<PetscInt> sizes{100, 1000, 10000, 100000, 1000000};
   PetscInt repeats = 20;
+  bool given = false;
   double wf = 50.0;
   double length = 10.0;
   double bending = 2.1e11 * 0.25e-4 * 3.14159265358979312;
@@ -182,17 +186,18 @@ int bench(MPI_Comm comm) {
   group.choice<Kind>("-bench_kind", kind, kKinds, "accuracy: error and time of a line solve by form and size");
   group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes to measure");
   group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");
+  group.boolean("-bench_given", given, "measure only the solver that the options name (-filter_ksp_*, -filter_pc_*)");
   group.real("-filter_frequency", wf, "rad/s", petsc::positive(), "filter frequency wf");
   group.real("-beam_length", length, "m", petsc::positive(), "length");
   group.real("-beam_bending_stiffness", bending, "N m^2", petsc::positive(), "EI");
   group.real("-beam_mass_per_length", mass, "kg/m", petsc::positive(), "rhoA");
-  petsc::check_unknown_options(comm);
   if (petsc::Session::help_requested()) {
     return 0;
   }
   BeamParameters beam;
   beam.segments.push_back({.length = length, .elements = 1, .bending_stiffness = bending, .mass_per_length = mass});
-  accuracy(comm, beam, wf, sizes, repeats);
+  accuracy(comm, beam, wf, sizes, repeats, given);
+  petsc::check_unknown_options(comm);
   return 0;
 }
 
