@@ -47,6 +47,16 @@ Numbers column(const io::Table& table, std::size_t index) {
   return values;
 }
 
+void require_ascending(const char* option, const std::string& path, const Numbers& values, const char* what) {
+  const auto found = std::ranges::adjacent_find(values, std::ranges::greater_equal{});
+  if (found != values.end()) {
+    std::ostringstream message;
+    message << "option " << option << ": '" << path << "': the " << what << " in column 1 must be strictly ascending, "
+            << found[1] << " follows " << found[0];
+    throw InputError{message.str()};
+  }
+}
+
 /// One size of a cross-section: which section needs it, whether it was given, one value per segment.
 struct Size {
   const char* key;
@@ -270,19 +280,32 @@ void read_initial(MPI_Comm comm, Case& input) {
     if (table.columns > 2) {
       input.initial.shape.velocity = column(table, 2);
     }
-    if (std::ranges::adjacent_find(input.initial.shape.x, std::ranges::greater_equal{}) !=
-        input.initial.shape.x.end()) {
-      throw InputError{"option -initial_shape: '" + shape +
-                       "': the positions in column 1 must be strictly ascending [m]"};
-    }
+    require_ascending("-initial_shape", shape, input.initial.shape.x, "positions [m]");
   }
   if (!load_position.empty() || !load_table.empty()) {
     load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
     for (std::size_t i = 0; i < load_position.size(); ++i) {
       const io::Table table = io::read_table(comm, "-load_table", load_table[i], 2);
+      require_ascending("-load_table", load_table[i], column(table, 0), "times [s]");
       input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
     }
   }
+}
+
+/// The keys of PETSc's TS that every case needs: checked and explained here, read by the TS itself.
+void read_integration(MPI_Comm comm) {
+  OptionGroup group{comm, "Integration (PETSc's TS; all of its keys apply)"};
+  double end = 1.0;
+  double rtol = 1e-8;
+  double atol = 0.0;
+  double step = 0.0;
+  group.real("-ts_max_time", end, "s", petsc::positive(), "simulated time at which the run ends");
+  group.real("-ts_rtol", rtol, "-", petsc::positive(),
+             "relative error allowed per step; the error of a run is some hundred times larger");
+  group.real("-ts_atol", atol, "m and m/s", petsc::positive(),
+             "absolute error allowed per step; default rtol / 20 of the motion's own scale");
+  group.real("-ts_dt", step, "s", petsc::positive(),
+             "first step, or every step with -ts_adapt_type none; default 0.1 / wf");
 }
 
 void read_contact(MPI_Comm comm, Case& input) {
@@ -366,6 +389,7 @@ Case read_case(MPI_Comm comm) {
   input.filter.formulation = formulation;
   read_initial(comm, input);
   read_contact(comm, input);
+  read_integration(comm);
   read_output(comm, input);
   return input;
 }

@@ -3,10 +3,10 @@
 #include <petscoptions.h>
 
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <set>
 #include <sstream>
 #include <string_view>
@@ -50,18 +50,23 @@ std::string with_unit(const char* unit) { return std::string_view{unit} == "-" ?
   throw InputError{std::string{"option "} + key + ": '" + word + "' is not allowed, expected " + expected};
 }
 
+/// Fewest insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+  std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        cost[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      cost[i][j] = std::min({replaced, cost[i - 1][j] + 1, cost[i][j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
+      }
     }
   }
-  return row.back();
+  return cost[a.size()][b.size()];
 }
 
 bool starts_with_any(std::string_view key, std::span<const char* const> prefixes) {
@@ -279,9 +284,14 @@ void check_unknown_options(MPI_Comm comm) {
 std::string effective_options() {
   char* text = nullptr;
   UDAR_CALL(PetscOptionsGetAll(nullptr, &text));
-  const std::string all{text != nullptr ? text : ""};
+  std::istringstream words{text != nullptr ? text : ""};
   UDAR_CALL(PetscFree(text));
-  return all;
+  std::string lines;
+  for (std::string word; words >> word;) {
+    const bool key = word.size() > 1 && word[0] == '-' && std::isalpha(static_cast<unsigned char>(word[1])) != 0;
+    lines += (lines.empty() ? "" : key ? "\n" : " ") + word;
+  }
+  return lines;
 }
 
 }  // namespace udar::petsc

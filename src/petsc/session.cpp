@@ -47,7 +47,9 @@ PetscErrorCode record_error(MPI_Comm /*comm*/, int line, const char* function, c
 void insert_options_file(const std::string& path) {
   std::string failure;
   errno = 0;
-  if (!std::ifstream{path}.good()) {
+  std::ifstream file{path};
+  file.peek();  // opening a folder succeeds, reading it does not
+  if (!file.good() && !(file.is_open() && file.eof())) {
     failure = "option -options_file: cannot read '" + path + "': " + std::strerror(errno != 0 ? errno : EIO);
   }
   throw_together<InputError>(PETSC_COMM_WORLD, failure);

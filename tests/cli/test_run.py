@@ -54,8 +54,8 @@ class Example(UdarTest):
         cls.summary = cls.finished.summary()
         cls.file = h5py.File(cls.finished.file("results.h5"), "r")
         cls.addClassCleanup(cls.file.close)
-        lines = [line.split(maxsplit=1) for line in as_text(cls.file.attrs["options"]).splitlines()]
-        cls.options = {line[0].lstrip("-"): line[-1] for line in lines}
+        words = as_text(cls.file.attrs["options"]).split()
+        cls.options = {key.lstrip("-"): value for key, value in zip(words, words[1:]) if key.startswith("-")}
 
     def option(self, name):
         return [float(word) for word in self.options[name].strip("[]").split(",")]
@@ -160,6 +160,8 @@ class Example(UdarTest):
         for name in ROOT_ATTRIBUTES:
             self.assertIn(name, file.attrs)
         self.assertEqual(file.attrs["filter_frequency"], 50)
+        for line in as_text(file.attrs["options"]).splitlines():
+            self.assertRegex(line, r"^-\w+( [^ ]+)?$", "one option per line")
         self.assertEqual(file.attrs["ranks"], 1)
         nodes = int(file.attrs["elements"]) + 1
         np.testing.assert_allclose(file["x"][()], np.linspace(0, self.option("beam_length")[0], nodes), rtol=1e-14)

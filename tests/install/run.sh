@@ -31,10 +31,9 @@ for program in "$work/consumer/consumer" "$work/with_pkg_config"; do
   rm -r "$work/run"
 done
 
-for program in udar udar-plot; do
-  if [ -e "$build/$program" ]; then
-    echo "== installed $program"
-    "$work/prefix/bin/$program" --help > "$work/$program.help"
-    head -n 3 "$work/$program.help"
-  fi
+for call in "udar -help" "udar-plot --help"; do
+  echo "== installed $call"
+  read -ra words <<< "$call"
+  "$work/prefix/bin/${words[0]}" "${words[1]}" > "$work/help"
+  head -n 3 "$work/help"
 done

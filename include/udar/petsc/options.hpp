@@ -118,7 +118,7 @@ template <class T>
 /// @note Collective; call after the last `SetFromOptions` and set-up.
 void check_unknown_options(MPI_Comm comm);
 
-/// @brief All options in the database that were used, one `-key value` per line.
+/// @brief All options in the database, one `-key value` per line.
 [[nodiscard]] std::string effective_options();
 
 }  // namespace udar::petsc
