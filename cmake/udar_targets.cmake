@@ -2,7 +2,8 @@
 
 # udar_own_code(TARGET): our warnings, sanitizers and processor flags, none of which a user of the library inherits.
 function(udar_own_code target)
-  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
+                                           -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     # False alarms on "text" + std::string: gcc.gnu.org/PR105651, fixed in 13.
     target_compile_options(${target} PRIVATE -Wno-restrict)

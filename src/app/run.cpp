@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -27,6 +28,9 @@
 namespace udar::app {
 namespace {
 
+// An energy balance that is off by more than this is worth a warning.
+constexpr double kWorthAWarning = 1e-3;
+
 volatile std::sig_atomic_t signal_received = 0;
 
 extern "C" void remember_signal(int number) {
@@ -34,11 +38,39 @@ extern "C" void remember_signal(int number) {
   std::signal(number, SIG_DFL);  // a second one ends the process at once
 }
 
-/// What tells a restart that it continues another beam.
+/// What tells a restart that it continues another case: everything that shapes the motion, as one readable line.
 std::string fingerprint(const Case& input, const BeamChain& beam) {
   std::ostringstream text;
-  text << "nodes " << beam.nodes() << " length " << beam.length() << " wf " << input.filter.filter_frequency
-       << " supports " << input.supports.size();
+  text.precision(17);
+  const auto end = [&text](const BeamEnd& held) {
+    text << held.translational_stiffness << '/' << held.rotational_stiffness << ' ';
+  };
+  text << "nodes " << beam.nodes() << " wf " << input.filter.filter_frequency << " form "
+       << static_cast<int>(input.filter.formulation) << " gravity " << input.gravity << " axis " << input.initial.height
+       << '/' << input.initial.slope << " tension " << input.beam.tension << " ends ";
+  end(input.beam.left);
+  end(input.beam.right);
+  std::ostringstream lists;  // of any length: only their hash is kept
+  lists.precision(17);
+  for (const BeamSegment& segment : input.beam.segments) {
+    lists << segment.length << ' ' << segment.elements << ' ' << segment.bending_stiffness << ' '
+          << segment.mass_per_length << ' ' << segment.shear_stiffness << ' ' << segment.foundation_stiffness << ';';
+  }
+  for (const PointMass& point : input.beam.point_masses) {
+    lists << point.position << ' ' << point.mass << ';';
+  }
+  for (const Support& support : input.supports) {
+    lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
+          << static_cast<int>(support.side) << ';';
+  }
+  for (const NodalLoad& load : input.loads) {
+    lists << load.position << ' ';
+    for (std::size_t i = 0; i < load.time.size(); ++i) {
+      lists << load.time[i] << ' ' << load.force[i] << ';';
+    }
+  }
+  text << "segments " << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
+       << std::hash<std::string>{}(lists.str());
   return text.str();
 }
 
@@ -176,6 +208,8 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
 
 int run(MPI_Comm comm) {
   const auto begin = std::chrono::steady_clock::now();
+  std::signal(SIGINT, remember_signal);
+  std::signal(SIGTERM, remember_signal);
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
   Case input = read_case(comm);
   const bool help = petsc::Session::help_requested();
@@ -213,8 +247,6 @@ int run(MPI_Comm comm) {
   for (const auto& observer : observers) {
     dynamics.add_observer(*observer);
   }
-  std::signal(SIGINT, remember_signal);
-  std::signal(SIGTERM, remember_signal);
   dynamics.set_stop_request([] { return signal_received != 0; });
 
   const auto summarise = [&] {
@@ -246,6 +278,13 @@ int run(MPI_Comm comm) {
       dynamics.completed() ? "finished" : "stopped", dynamics.time(), static_cast<long long>(counts.steps),
       static_cast<long long>(counts.impacts), static_cast<long long>(line.solves()), dynamics.energy().drift(),
       input.output.directory.c_str()));
+  if (std::abs(dynamics.energy().drift()) > kWorthAWarning) {
+    UDAR_CALL(
+        PetscFPrintf(comm, stderr,
+                     "udar: warning: the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or "
+                     "-ts_dt\n",
+                     dynamics.energy().drift()));
+  }
   if (!dynamics.completed()) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));

@@ -29,6 +29,8 @@ constexpr int kMostCorrections = 12;
 constexpr double kAbsoluteShare = 0.05;
 // Masses within this share of the hop tolerance touch together.
 constexpr double kTogether = 1e-2;
+// An energy balance that is off by half of the largest energy seen belongs to an unstable integration.
+constexpr double kUnstable = 0.5;
 // More events than this without progress in time would never end.
 constexpr PetscInt kMostEventsAtOnce = 10000;
 
@@ -610,6 +612,11 @@ void ImpactDynamics::emit_snapshots(double until) {
     now.initial = ledger_.initial;
     now.scale = std::max(std::abs(now.initial), largest_kinetic_);
     ledger_ = now;
+    if (std::abs(now.drift()) > kUnstable) {
+      throw SolveError{"the integration is unstable: the energy balance is off by " + std::to_string(now.drift()) +
+                       " of the energy at t = " + std::to_string(time) +
+                       " s; steps must stay below about 1 / -filter_frequency (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
+    }
 
     std::vector<double> line(count_);
     for (std::size_t i = 0; i < count_; ++i) {

@@ -352,6 +352,31 @@ class Interrupted(UdarTest):
         self.assertGreater(rest.summary()["steps"], 100)
 
 
+class Refused(UdarTest):
+    """Runs that must not end as if all were well."""
+
+    def refusal(self, options):
+        result = run(options)
+        self.assertEqual(result.code, 1, result)
+        self.assertEqual(len(result.errors), 1, result)
+        return result.errors[0]
+
+    def test_unstable_fixed_step(self):
+        steps = {"ts_dt": 1, "ts_adapt_type": "none", "ts_max_time": 3}
+        line = self.refusal(case(output_directory=self.scratch / "run", **steps))
+        self.assertIn("unstable", line)
+        self.assertIn("-ts_dt", line)
+        self.assertTrue((self.scratch / "run" / "restart.h5").exists(), "the last good step is kept")
+
+    def test_restart_with_another_beam(self):
+        self.run_case(case(ts_max_time=0.5))
+        checkpoint = self.scratch / "run" / "restart.h5"
+        for change in ({"beam_young_modulus": 1e10}, {"contact_restitution": 0.4}, {"gravity": 1}, {"beam_elements": 22}):
+            with self.subTest(change=change):
+                line = self.refusal(case(output_directory=self.scratch / "rest", restart_file=checkpoint, **change))
+                self.assertIn("-restart_file", line)
+
+
 class Integrators(UdarTest):
     """Every integrator that is accepted finds the same motion."""
 

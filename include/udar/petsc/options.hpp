@@ -109,8 +109,12 @@ template <class T>
   if (values.size() == 1) {
     return std::vector<T>(count, values.front());
   }
-  throw InputError{std::string{"option "} + key + ": " + std::to_string(values.size()) +
-                   " values given, expected 1 or " + std::to_string(count) + " (" + what + ")"};
+  const std::string expected = std::to_string(count) + " (" + what + ")";
+  if (values.empty()) {
+    throw InputError{std::string{"option "} + key + " is needed: number of values " + expected};
+  }
+  throw InputError{std::string{"option "} + key + ": " + std::to_string(values.size()) + " values given, expected " +
+                   (count > 1 ? "1 or " : "") + expected};
 }
 
 /// @brief Refuses a key of one of udar's groups that nobody has read, and names the nearest known key; a left-over key
