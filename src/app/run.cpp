@@ -167,6 +167,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   summary.ranks = size;
   summary.steps = counts.steps;
   summary.rejected_steps = counts.rejected_steps;
+  summary.repeated_steps = counts.repeated_steps;
   summary.rhs_evaluations = counts.rhs_evaluations;
   summary.line_solves = line.solves();
   summary.impacts = counts.impacts;
@@ -200,7 +201,6 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   MPI_Allreduce(MPI_IN_PLACE, &all_memory, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
   summary.peak_memory_bytes = static_cast<std::uint64_t>(all_memory);
   summary.versions = io::library_versions();
-  summary.extra = {{"repeated_steps", static_cast<double>(counts.repeated_steps)}};
   return summary;
 }
 

@@ -22,6 +22,7 @@ std::string as_json(const Summary& summary) {
   json["ranks"] = summary.ranks;
   json["steps"] = summary.steps;
   json["rejected_steps"] = summary.rejected_steps;
+  json["repeated_steps"] = summary.repeated_steps;
   json["rhs_evaluations"] = summary.rhs_evaluations;
   json["line_solves"] = summary.line_solves;
   json["impacts"] = summary.impacts;
@@ -39,9 +40,6 @@ std::string as_json(const Summary& summary) {
   json["wall_seconds"] = summary.wall_seconds;
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["versions"] = summary.versions;
-  for (const auto& [key, value] : summary.extra) {
-    json[key] = value;
-  }
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

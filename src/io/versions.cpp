@@ -1,18 +1,14 @@
 #include "udar/io/versions.hpp"
 
 #include <hdf5.h>
+#include <metis.h>
 #include <petscsys.h>
+#include <slepcsys.h>
 
 #include <array>
 
 #include "udar/petsc/error.hpp"
-#if __has_include("udar/version.hpp")
 #include "udar/version.hpp"
-#else
-namespace udar {
-inline constexpr const char* kVersion = "unknown";
-}  // namespace udar
-#endif
 
 namespace udar::io {
 
@@ -27,6 +23,14 @@ std::map<std::string, std::string> library_versions() {
   PetscInt petsc_patch = 0;
   UDAR_CALL(PetscGetVersionNumber(&petsc_major, &petsc_minor, &petsc_patch, nullptr));
   versions["petsc"] = dotted(petsc_major, petsc_minor, petsc_patch);
+
+  PetscInt slepc_major = 0;
+  PetscInt slepc_minor = 0;
+  PetscInt slepc_patch = 0;
+  UDAR_CALL(SlepcGetVersionNumber(&slepc_major, &slepc_minor, &slepc_patch, nullptr));
+  versions["slepc"] = dotted(slepc_major, slepc_minor, slepc_patch);
+
+  versions["metis"] = dotted(METIS_VER_MAJOR, METIS_VER_MINOR, METIS_VER_SUBMINOR);
 
   unsigned hdf5_major = 0;
   unsigned hdf5_minor = 0;

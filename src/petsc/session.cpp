@@ -5,6 +5,7 @@
 #include <slepcsys.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <string_view>
@@ -85,7 +86,7 @@ Session::Session(int argc, char** argv) {
     const std::string_view argument{argv[i]};
     if (argument == "-options_file" && i + 1 < argc) {
       files_.emplace_back(argv[++i]);
-    } else if (argument == "-help" || argument == "-h") {
+    } else if (argument == "-help" || argument == "--help" || argument == "-h") {
       help_ = true;
     } else {
       arguments_.push_back(argv[i]);
@@ -99,6 +100,7 @@ Session::Session(int argc, char** argv) {
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   first_rank() = rank == 0;
   UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
+  std::signal(SIGPIPE, SIG_IGN);  // `udar -help | head` is no crash
   UDAR_CALL(PetscLogDefaultBegin());
 
   PetscClassId library = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -181,8 +182,8 @@ int bench(MPI_Comm comm) {
   bool given = false;
   double wf = 50.0;
   double length = 10.0;
-  double bending = 2.1e11 * 0.25e-4 * 3.14159265358979312;
-  double mass = 7850.0 * 1e-2 * 3.14159265358979312;
+  double bending = 2.1e11 * 0.25e-4 * std::numbers::pi;
+  double mass = 7850.0 * 1e-2 * std::numbers::pi;
   group.choice<Kind>("-bench_kind", kind, kKinds, "accuracy: error and time of a line solve by form and size");
   group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes to measure");
   group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");

@@ -749,7 +749,6 @@ TEST(Summary, IsReadBackAsItWas) {
   summary.wall_seconds = {{"setup", 0.5}, {"solve", 2.0}};
   summary.peak_memory_bytes = std::uint64_t{1} << 40;
   summary.versions = library_versions();
-  summary.extra = {{"frequency_ratio", 0.25}};
   write_summary(PETSC_COMM_WORLD, folder / "summary.json", summary);
   if (world_rank() == 0) {
     const nlohmann::json json = nlohmann::json::parse(read_text(folder / "summary.json"));
@@ -766,7 +765,6 @@ TEST(Summary, IsReadBackAsItWas) {
     EXPECT_EQ(json.at("wall_seconds").at("solve"), 2.0);
     EXPECT_EQ(json.at("peak_memory_bytes"), std::uint64_t{1} << 40);
     EXPECT_EQ(json.at("versions").at("hdf5"), summary.versions.at("hdf5"));
-    EXPECT_EQ(json.at("frequency_ratio"), 0.25);
     EXPECT_FALSE(fs::exists(folder / "summary.json.tmp"));
   }
 }

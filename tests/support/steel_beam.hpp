@@ -37,7 +37,7 @@ struct Fall {
   ImpactDynamics dynamics;
 
   Fall(BeamParameters parameters, double filter_frequency, double gravity, const InitialState& initial,
-       std::vector<Support> supports, ContactParameters contact = {}, std::vector<NodalLoad> nodal = {})
+       std::vector<Support> supports, ContactParameters contact = {}, const std::vector<NodalLoad>& nodal = {})
       : beam{PETSC_COMM_WORLD, std::move(parameters)},
         line{beam, {.filter_frequency = filter_frequency}},
         loads{beam, gravity, nodal},

@@ -19,8 +19,9 @@ struct Summary {
   double end_time = 0.0;   ///< reached [s]
   PetscInt elements = 0;
   int ranks = 1;
-  PetscInt steps = 0;  ///< accepted
-  PetscInt rejected_steps = 0;
+  PetscInt steps = 0;           ///< accepted
+  PetscInt rejected_steps = 0;  ///< by the error control
+  PetscInt repeated_steps = 0;  ///< taken again to end at an impact
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
   PetscInt impacts = 0;
@@ -36,9 +37,8 @@ struct Summary {
   std::vector<double> gauge_position;           ///< asked for [m]
   std::vector<double> gauge_node_position;      ///< of the node it became [m]
   std::map<std::string, double> wall_seconds;   ///< by stage of the run
-  std::uint64_t peak_memory_bytes = 0;          ///< largest over the ranks
+  std::uint64_t peak_memory_bytes = 0;          ///< largest resident size, summed over the ranks
   std::map<std::string, std::string> versions;  ///< as of `library_versions`
-  std::map<std::string, double> extra;          ///< written beside the others; its keys must differ from theirs
 };
 
 /// @brief Writes `summary` as JSON. The file appears whole or not at all.
