@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "support/world.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/run_writers.hpp"
 #include "udar/io/summary.hpp"
@@ -33,43 +34,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-int world_rank() {
-  int rank = 0;
-  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
-  return rank;
-}
-
-int world_size() {
-  int size = 1;
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  return size;
-}
-
-/// A folder made by rank 0 for all and removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() : path_{fs::temp_directory_path() / "udar-output-XXXXXX"} {
-    if (world_rank() == 0 && mkdtemp(path_.data()) == nullptr) {
-      MPI_Abort(PETSC_COMM_WORLD, 1);
-    }
-    MPI_Bcast(path_.data(), static_cast<int>(path_.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() {
-    MPI_Barrier(PETSC_COMM_WORLD);
-    if (world_rank() == 0) {
-      std::error_code ignored;
-      fs::remove_all(path_, ignored);
-    }
-    MPI_Barrier(PETSC_COMM_WORLD);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
+using test::TemporaryFolder;
+using test::world_rank;
+using test::world_size;
 
 std::string read_text(const std::string& path) {
   std::ifstream file{path, std::ios::binary};

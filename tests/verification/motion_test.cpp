@@ -10,17 +10,12 @@
 
 #include "support/dense.hpp"
 #include "support/steel_beam.hpp"
+#include "support/world.hpp"
 
 namespace udar {
 namespace {
 
 constexpr double kGravity = 9.81;
-
-int ranks() {
-  int size = 1;
-  MPI_Comm_size(PETSC_COMM_WORLD, &size);
-  return size;
-}
 
 double x_of(const BeamChain& beam, std::size_t local) {
   return beam.position(beam.begin() + static_cast<PetscInt>(local));
@@ -113,7 +108,7 @@ TEST(FlatFall, KeepsItsEnergyWhenElastic) {
 
 /// One element without bending: two masses that bounce as balls, each in its own rhythm.
 TEST(TwoMasses, BounceIndependentlyOnATiltedStart) {
-  if (ranks() > 1) {
+  if (test::world_size() > 1) {
     GTEST_SKIP() << "one element cannot be dealt to several ranks";
   }
   const test::Option end{"-ts_max_time", "1.5"};
@@ -138,7 +133,7 @@ TEST(TwoMasses, BounceIndependentlyOnATiltedStart) {
 /// The tip mass of a one-element cantilever is an oscillator with lambda = wf w / sqrt(wf^2 + w^2); between two stops
 /// its impacts have closed-form times.
 TEST(OneMass, VibratesBetweenStopsInClosedForm) {
-  if (ranks() > 1) {
+  if (test::world_size() > 1) {
     GTEST_SKIP() << "one element cannot be dealt to several ranks";
   }
   const test::Option end{"-ts_max_time", "2.0"};
@@ -172,7 +167,7 @@ TEST(OneMass, VibratesBetweenStopsInClosedForm) {
 }
 
 TEST(OneMass, HitsBothStops) {
-  if (ranks() > 1) {
+  if (test::world_size() > 1) {
     GTEST_SKIP() << "one element cannot be dealt to several ranks";
   }
   const test::Option end{"-ts_max_time", "1.0"};

@@ -1,0 +1,52 @@
+#pragma once
+/// @file
+/// Ranks, and a folder that all of them share.
+
+#include <petscsys.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+namespace udar::test {
+
+inline int world_rank() {
+  int rank = 0;
+  MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+  return rank;
+}
+
+inline int world_size() {
+  int size = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &size);
+  return size;
+}
+
+/// A folder made by rank 0 for all and removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() : path_{std::filesystem::temp_directory_path() / "udar-test-XXXXXX"} {
+    if (world_rank() == 0 && mkdtemp(path_.data()) == nullptr) {
+      MPI_Abort(PETSC_COMM_WORLD, 1);
+    }
+    MPI_Bcast(path_.data(), static_cast<int>(path_.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    MPI_Barrier(PETSC_COMM_WORLD);
+    if (world_rank() == 0) {
+      std::error_code ignored;
+      std::filesystem::remove_all(path_, ignored);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace udar::test
