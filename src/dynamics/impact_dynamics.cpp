@@ -378,6 +378,7 @@ double ImpactDynamics::corrected_time(const Candidate& candidate, double time) c
 double ImpactDynamics::hit(double event_time, double step_end) {
   const double window = kInstantWindow * (step_end - start_.time);
   double target = event_time;
+  double reached = start_.time;
   for (int correction = 0; correction < kMostCorrections; ++correction) {
     if (target - start_.time <= time_resolution(start_.time)) {
       return_to_start();
@@ -387,22 +388,21 @@ double ImpactDynamics::hit(double event_time, double step_end) {
       }
       return start_.time;
     }
-    target = repeat_step(target);
+    reached = repeat_step(target);
     double next = kNever;
     for (const Candidate& candidate : candidates_) {
       if (candidate.time <= event_time + window) {
         next = std::min(
-            next, std::clamp(corrected_time(candidate, target), candidate.time - window, candidate.time + window));
+            next, std::clamp(corrected_time(candidate, reached), candidate.time - window, candidate.time + window));
       }
     }
     MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPI_DOUBLE, MPI_MIN, equations_->beam().comm());
-    next = std::clamp(next, start_.time, step_end);
-    if (std::abs(next - target) <= time_resolution(target)) {
+    target = std::clamp(next, start_.time, step_end);
+    if (std::abs(target - reached) <= time_resolution(reached)) {
       break;
     }
-    target = next;
   }
-  return target;
+  return reached;
 }
 
 /// Applies the contact law to every mass that is on its support at `time`, and releases those that lift.
