@@ -11,8 +11,8 @@
 namespace udar {
 namespace {
 
-/// Up to this many nodes every rank factors the whole line itself: a hundred times faster than MUMPS, for 100 MB a rank at
-/// the most (docs/performance.md). Beyond, no rank holds more than its piece.
+/// Up to this many nodes every rank factors the whole line itself: a hundred times faster than MUMPS, for 100 MB a rank
+/// at the most (docs/performance.md). Beyond, no rank holds more than its piece.
 constexpr PetscInt kMostRepeatedNodes = 200000;
 
 /// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
