@@ -6,6 +6,7 @@ deflection and impulses in RUN/plots; several runs give gauges, energy and conta
 """
 import argparse
 import dataclasses
+import json
 import os
 import pathlib
 import sys
@@ -134,6 +135,14 @@ def read_csv(path, needed):
     return {name: values[:, column] for column, name in enumerate(header)}
 
 
+def completed(summary):
+    """Whether the run reached its end; one that was stopped also leaves a summary."""
+    try:
+        return bool(json.loads(summary.read_text()).get("completed", True))
+    except (OSError, ValueError):
+        return False
+
+
 def read_records(file, folder, name, columns, finished):
     """Impacts or rests: from results.h5 once the run is finished, before that from the CSV file, which is complete."""
     csv = folder / f"{name}.csv"
@@ -208,7 +217,7 @@ def read_run(folder, with_fields):
                 gauges={}, energy={},
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
-                finished=finished)
+                finished=finished and completed(folder / "summary.json"))
             if np.any((run.gauge_node < 0) | (run.gauge_node >= len(x))):
                 raise PlotError(f"{path}: /gauge_node names a node that /x does not have")
             for table in (run.impacts, run.rests):
