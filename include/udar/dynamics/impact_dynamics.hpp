@@ -124,7 +124,6 @@ class ImpactDynamics {
   void track_resting_impulse(double until);
   [[nodiscard]] double changing_load_work(double until) const;
 
-  [[nodiscard]] std::size_t local_count() const noexcept { return count_; }
   [[nodiscard]] Kinematics kinematics(std::size_t node, const double* state, const LineState& line) const;
   [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
   [[nodiscard]] double line_gap(const ContactPoint& point, double theta) const;
