@@ -102,6 +102,31 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
   return layout;
 }
 
+/// The lowest modes: six for the view, else the first alone, for the warning. That one does not depend on a fine mesh:
+/// it is taken from a coarser one where the line has more elements than that needs.
+std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
+  constexpr PetscInt kElements = 2000;  // the first frequency is then right to some 1e-6
+  const BeamChain& beam = line.beam();
+  int size = 1;
+  MPI_Comm_size(beam.comm(), &size);
+  if (input.view || beam.elements() <= kElements) {
+    return lowest_modes(line, input.view ? 6 : 1);
+  }
+  BeamParameters coarse = input.beam;
+  PetscInt elements = 0;
+  for (BeamSegment& segment : coarse.segments) {
+    const double share = static_cast<double>(segment.elements) / static_cast<double>(beam.elements());
+    segment.elements = std::max<PetscInt>(1, static_cast<PetscInt>(share * static_cast<double>(kElements)));
+    elements += segment.elements;
+  }
+  if (elements < static_cast<PetscInt>(size)) {
+    return lowest_modes(line, 1);
+  }
+  const BeamChain coarse_beam{beam.comm(), coarse};
+  FilteredLine coarse_line{coarse_beam, input.filter};
+  return lowest_modes(coarse_line, 1);
+}
+
 /// Writes restart.h5 at every multiple of the interval, at the end, and when somebody asks.
 class CheckpointWriter final : public Observer {
  public:
@@ -224,7 +249,7 @@ int run(MPI_Comm comm) {
   if (help) {
     return 0;
   }
-  const std::vector<Mode> modes = lowest_modes(line, input.view ? 6 : 1);
+  const std::vector<Mode> modes = modes_to_show(input, line);
   petsc::check_unknown_options(comm);
   if (!input.restart.file.empty()) {
     restore(dynamics, input, beam);
