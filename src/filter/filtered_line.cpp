@@ -311,23 +311,23 @@ void FilteredLine::mixed_right_hand_side(std::span<const double> mass_displaceme
 void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<double> moment) const {
   const BeamChain& beam = *beam_;
   const auto count = static_cast<std::size_t>(beam.local_nodes());
-  // (w, theta) of node i; the right neighbour's first node comes from its rank.
-  const auto w = [&](std::size_t i) { return unknowns[2 * i] * scale_[2 * i]; };
-  const auto theta = [&](std::size_t i) { return unknowns[2 * i + 1] * scale_[2 * i + 1]; };
-  const auto [next_w, next_theta] = beam.exchange<2>({w(0), theta(0)}, {w(count - 1), theta(count - 1)}).right;
+  using Pair = std::array<double, 2>;
+  const auto values = [&](std::size_t i) {  // (w, theta)
+    return Pair{unknowns[2 * i] * scale_[2 * i], unknowns[2 * i + 1] * scale_[2 * i + 1]};
+  };
+  const auto halo = beam.exchange(values(0), values(count - 1));
   for (std::size_t i = 0; i < count; ++i) {
+    // At the left end of the element on the right, at the last node at the right end of the one on the left.
     const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
     const bool last = node == beam.elements();
     const BeamElement element = beam.element(last ? node - 1 : node);
     const double h = element.length;
     const double ratio = shear_ratio(element);
     const double factor = 1.0 / (element.flexural_compliance * h * h * (1.0 + ratio));
-    const std::size_t a = last && i > 0 ? i - 1 : i;
-    const double rise = a + 1 < count ? w(a + 1) - w(a) : next_w - w(a);
-    const double theta_a = theta(a);
-    const double theta_b = a + 1 < count ? theta(a + 1) : next_theta;
-    moment[i] = last ? factor * (-6.0 * rise + h * ((2.0 - ratio) * theta_a + (4.0 + ratio) * theta_b))
-                     : factor * (6.0 * rise - h * ((4.0 + ratio) * theta_a + (2.0 - ratio) * theta_b));
+    const Pair own = values(i);
+    const Pair other = last ? (i > 0 ? values(i - 1) : halo.left) : (i + 1 < count ? values(i + 1) : halo.right);
+    const double turn = h * ((4.0 + ratio) * own[1] + (2.0 - ratio) * other[1]);
+    moment[i] = factor * (6.0 * (other[0] - own[0]) + (last ? turn : -turn));
   }
 }
 

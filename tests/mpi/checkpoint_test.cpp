@@ -28,6 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using test::failure_of;
 using test::TemporaryFolder;
 using test::world_rank;
 using test::world_size;
@@ -86,23 +87,6 @@ void expect_same(const Checkpoint& read, const Checkpoint& written) {
     EXPECT_EQ(bits(read.tables.at(name)), bits(values)) << name;
   }
   EXPECT_EQ(read.case_fingerprint, written.case_fingerprint);
-}
-
-/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
-template <class Action>
-std::string failure_of(Action&& action) {
-  std::string message;
-  try {
-    action();
-  } catch (const FileError& error) {
-    message = error.what();
-  }
-  std::array<char, 512> of_rank_0{};
-  std::copy_n(message.data(), std::min(message.size(), of_rank_0.size() - 1), of_rank_0.data());
-  MPI_Bcast(of_rank_0.data(), static_cast<int>(of_rank_0.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
-  EXPECT_EQ(message, of_rank_0.data());
-  EXPECT_EQ(message.find('\n'), std::string::npos);
-  return message;
 }
 
 /// What a restart from `path` says to the user.

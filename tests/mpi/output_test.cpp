@@ -34,6 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+using test::failure_of;
 using test::TemporaryFolder;
 using test::world_rank;
 using test::world_size;
@@ -52,23 +53,6 @@ std::vector<std::string> read_lines(const std::string& path) {
     lines.push_back(line);
   }
   return lines;
-}
-
-/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
-template <class Action>
-std::string failure_of(Action&& action) {
-  std::string message;
-  try {
-    action();
-  } catch (const FileError& error) {
-    message = error.what();
-  }
-  std::array<char, 512> of_rank_0{};
-  std::copy_n(message.data(), std::min(message.size(), of_rank_0.size() - 1), of_rank_0.data());
-  MPI_Bcast(of_rank_0.data(), static_cast<int>(of_rank_0.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
-  EXPECT_EQ(message, of_rank_0.data());
-  EXPECT_EQ(message.find('\n'), std::string::npos);
-  return message;
 }
 
 /// A results file opened by one rank alone, as any other program would.

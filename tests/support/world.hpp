@@ -2,12 +2,17 @@
 /// @file
 /// Ranks, and a folder that all of them share.
 
+#include <gtest/gtest.h>
 #include <petscsys.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <system_error>
+
+#include "udar/petsc/error.hpp"
 
 namespace udar::test {
 
@@ -48,5 +53,22 @@ class TemporaryFolder {
  private:
   std::string path_;
 };
+
+/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
+template <class Action>
+std::string failure_of(Action&& action) {
+  std::string message;
+  try {
+    action();
+  } catch (const FileError& error) {
+    message = error.what();
+  }
+  std::array<char, 512> of_rank_0{};
+  std::copy_n(message.data(), std::min(message.size(), of_rank_0.size() - 1), of_rank_0.data());
+  MPI_Bcast(of_rank_0.data(), static_cast<int>(of_rank_0.size()), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  EXPECT_EQ(message, of_rank_0.data());
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+  return message;
+}
 
 }  // namespace udar::test
