@@ -1,9 +1,11 @@
 #include "udar/filter/filtered_line.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
 
+#include "udar/filter/pc_chain.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -18,6 +20,24 @@ constexpr PetscInt kMostRepeatedNodes = 200000;
 /// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
 double shear_ratio(const BeamElement& element) {
   return 12.0 * element.shear_compliance / (element.flexural_compliance * element.length * element.length);
+}
+
+/// The block form's direct solver, before options.
+void choose_factorisation(PC preconditioner, MPI_Comm comm, PetscInt nodes) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  PC factorisation = preconditioner;
+  if (size > 1 && nodes <= kMostRepeatedNodes) {
+    UDAR_CALL(PCSetType(preconditioner, PCREDUNDANT));
+    KSP repeated = nullptr;
+    UDAR_CALL(PCRedundantGetKSP(preconditioner, &repeated));
+    UDAR_CALL(KSPGetPC(repeated, &factorisation));
+  }
+  UDAR_CALL(PCSetType(factorisation, PCLU));
+  UDAR_CALL(PCFactorSetMatOrderingType(factorisation, MATORDERINGNATURAL));
+  if (size > 1 && factorisation == preconditioner) {
+    UDAR_CALL(PCFactorSetMatSolverType(preconditioner, MATSOLVERMUMPS));
+  }
 }
 
 }  // namespace
@@ -36,8 +56,10 @@ std::array<std::array<double, 4>, 4> FilteredLine::element_matrix(const ElementT
            {e.cross, e.coupling, -e.cross, e.diagonal}}};
 }
 
-FilteredLine::ElementTerms FilteredLine::element_terms(PetscInt number) const {
-  const BeamElement element = beam_->element(number);
+FilteredLine::ElementTerms FilteredLine::element_terms(const BeamElement& element) const {
+  if (!LineData::present(element)) {
+    return {};
+  }
   const double h = element.length;
   ElementTerms terms{.inverse_length = 1.0 / h};
   if (parameters_.formulation == Formulation::mixed) {
@@ -80,36 +102,54 @@ FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
   }
   const petsc::LogScope scope{petsc::log_events().assemble};
   collect_terms();
-  assemble();
+  create_operator();
   configure_solver();
 }
 
-/// Where `elements_` keeps an element that touches a local node.
-std::size_t FilteredLine::slot(PetscInt element) const {
-  const PetscInt index = element + 1 - beam_->begin();
-  return static_cast<std::size_t>(index);
+std::string FilteredLine::block_form_reason() const {
+  if (parameters_.formulation == Formulation::hermite) {
+    return "Hermite form";
+  }
+  return beam_->parameters().tension > 0.0 ? "tension" : "";
+}
+
+/// Of a local node on the line: filter spring, foundation and end spring [N/m].
+double FilteredLine::spring(std::size_t i) const {
+  const double ground = line_.ground_stiffness[i];
+  return line_.filter_stiffness[i] + (std::isinf(ground) ? 0.0 : ground);
 }
 
 void FilteredLine::collect_terms() {
   const BeamChain& beam = *beam_;
-  const auto count = static_cast<std::size_t>(beam.local_nodes());
-  elements_.resize(count + 1);
-  for (PetscInt element = std::max<PetscInt>(beam.begin() - 1, 0); element < std::min(beam.end(), beam.elements());
-       ++element) {
-    elements_[slot(element)] = element_terms(element);
+  line_.comm = beam.comm();
+  line_.begin = beam.begin();
+  line_.end = beam.end();
+  line_.nodes = beam.nodes();
+  line_.left_rotation = beam.parameters().left.rotational_stiffness;
+  line_.right_rotation = beam.parameters().right.rotational_stiffness;
+  for (PetscInt element = beam.begin() - 1; element <= beam.end(); ++element) {
+    line_.elements.push_back(beam.element(element));
   }
-  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+  for (PetscInt node = beam.begin(); node < std::min(beam.end() + 1, beam.nodes()); ++node) {
     const NodeTerms terms = node_terms(node);
-    mass_.push_back(beam.mass(node));
-    springs_.push_back(terms.diagonal[0]);
+    const double mass = beam.mass(node);
+    line_.filter_stiffness.push_back(wf2_ * mass);
+    line_.ground_stiffness.push_back(beam.held(node) ? BeamEnd::kRigid : beam.ground_stiffness(node));
     for (std::size_t a = 0; a < 2; ++a) {
-      scale_.push_back(terms.present[a] ? scale(node, a) : 0.0);
-      const auto index = scale_.size() - 1;
+      const double factor = terms.present[a] ? scale(node, a) : 0.0;
+      line_.scale.push_back(factor);
+      const auto index = line_.scale.size() - 1;
+      if (node == beam.end()) {
+        continue;
+      }
       if (!terms.present[a]) {
         end_terms_.push_back({.index = index, .value = 1.0});
       } else if (a == 1 && terms.diagonal[a] != 0.0) {
-        end_terms_.push_back({.index = index, .value = terms.diagonal[a] * scale_[index] * scale_[index]});
+        end_terms_.push_back({.index = index, .value = terms.diagonal[a] * factor * factor});
       }
+    }
+    if (node < beam.end()) {
+      mass_.push_back(mass);
     }
   }
 }
@@ -118,48 +158,40 @@ void FilteredLine::collect_terms() {
 double FilteredLine::scale(PetscInt node, std::size_t a) const {
   double diagonal = node_terms(node).diagonal[a];
   if (node > 0) {
-    diagonal += element_matrix(element_terms(node - 1))[a + 2][a + 2];
+    diagonal += element_matrix(element_terms(beam_->element(node - 1)))[a + 2][a + 2];
   }
   if (node < beam_->elements()) {
-    diagonal += element_matrix(element_terms(node))[a][a];
+    diagonal += element_matrix(element_terms(beam_->element(node)))[a][a];
   }
   return std::exp2(-std::round(0.5 * std::log2(std::abs(diagonal))));
 }
 
-void FilteredLine::assemble() {
+/// Calls `add(row, column, value)` for every contribution to this rank's rows of the scaled matrix.
+template <class Add>
+void FilteredLine::each_entry(const Add& add) const {
   const BeamChain& beam = *beam_;
-  const auto size = 2 * beam.local_nodes();
-  std::vector<PetscInt> rows;
-  std::vector<PetscInt> columns;
-  std::vector<double> values;
-  const auto add = [&](PetscInt row, PetscInt column, double value) {
-    rows.push_back(row);
-    columns.push_back(column);
-    values.push_back(value);
-  };
-  const auto own_scale = [&](PetscInt node, std::size_t a) {
-    return scale_[static_cast<std::size_t>(2 * (node - beam.begin())) + a];
-  };
-  const auto any_scale = [&](PetscInt node, std::size_t a) {
-    if (node >= beam.begin() && node < beam.end()) {
-      return own_scale(node, a);
+  const auto scale_of = [&](PetscInt node, std::size_t a) {
+    if (node >= beam.begin()) {
+      return line_.scale[static_cast<std::size_t>(2 * (node - beam.begin())) + a];
     }
     return node_terms(node).present[a] ? scale(node, a) : 0.0;
   };
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     const auto i = static_cast<std::size_t>(node - beam.begin());
-    add(2 * node, 2 * node, springs_[i] * own_scale(node, 0) * own_scale(node, 0));
-    for (const PetscInt element : {node - 1, node}) {
-      if (element < 0 || element == beam.elements()) {
+    add(2 * node, 2 * node, spring(i) * scale_of(node, 0) * scale_of(node, 0));
+    for (const std::size_t side : {0, 1}) {
+      const BeamElement& element = line_.elements[i + side];
+      if (!LineData::present(element)) {
         continue;
       }
-      const auto matrix = element_matrix(elements_[slot(element)]);
-      const std::size_t own = element == node ? 0 : 2;
+      const auto matrix = element_matrix(element_terms(element));
+      const PetscInt left = node - 1 + static_cast<PetscInt>(side);
+      const std::size_t own = side == 1 ? 0 : 2;
       for (std::size_t a = 0; a < 2; ++a) {
         for (std::size_t b = 0; b < 4; ++b) {
-          const PetscInt other = element + (b < 2 ? 0 : 1);
+          const PetscInt other = left + (b < 2 ? 0 : 1);
           add(2 * node + static_cast<PetscInt>(a), 2 * other + static_cast<PetscInt>(b % 2),
-              matrix[own + a][b] * own_scale(node, a) * any_scale(other, b % 2));
+              matrix[own + a][b] * scale_of(node, a) * scale_of(other, b % 2));
         }
       }
     }
@@ -168,7 +200,32 @@ void FilteredLine::assemble() {
     const PetscInt row = 2 * beam.begin() + static_cast<PetscInt>(end.index);
     add(row, row, end.value);
   }
+}
 
+void FilteredLine::create_operator() {
+  const BeamChain& beam = *beam_;
+  const auto size = 2 * beam.local_nodes();
+  UDAR_CALL(MatCreateShell(beam.comm(), size, size, 2 * beam.nodes(), 2 * beam.nodes(), this, operator_.put()));
+  UDAR_CALL(PetscObjectSetName(reinterpret_cast<PetscObject>(static_cast<Mat>(operator_)), "filtered_line"));
+  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT, reinterpret_cast<void (*)()>(multiply_callback)));
+  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(multiply_callback)));
+  UDAR_CALL(MatSetOption(operator_, MAT_SYMMETRIC, PETSC_TRUE));
+  if (block_form_reason().empty()) {
+    compose_line(operator_, line_);
+  }
+}
+
+void FilteredLine::assemble() {
+  const BeamChain& beam = *beam_;
+  const auto size = 2 * beam.local_nodes();
+  std::vector<PetscInt> rows;
+  std::vector<PetscInt> columns;
+  std::vector<double> values;
+  each_entry([&](PetscInt row, PetscInt column, double value) {
+    rows.push_back(row);
+    columns.push_back(column);
+    values.push_back(value);
+  });
   UDAR_CALL(MatCreate(beam.comm(), matrix_.put()));
   UDAR_CALL(PetscObjectSetName(reinterpret_cast<PetscObject>(static_cast<Mat>(matrix_)), "filtered_line"));
   UDAR_CALL(MatSetOptionsPrefix(matrix_, "filter_"));
@@ -179,11 +236,16 @@ void FilteredLine::assemble() {
   UDAR_CALL(MatSetPreallocationCOO(matrix_, static_cast<PetscCount>(rows.size()), rows.data(), columns.data()));
   UDAR_CALL(MatSetValuesCOO(matrix_, values.data(), ADD_VALUES));
   UDAR_CALL(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
-  UDAR_CALL(MatNorm(matrix_, NORM_INFINITY, &matrix_norm_));
-  UDAR_CALL(MatCreateVecs(matrix_, unknowns_.put(), right_hand_side_.put()));
+  if (block_form_reason().empty()) {
+    compose_line(matrix_, line_);
+  }
+}
 
-  UDAR_CALL(MatCreateShell(beam.comm(), size, size, 2 * beam.nodes(), 2 * beam.nodes(), this, operator_.put()));
-  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT, reinterpret_cast<void (*)()>(multiply_callback)));
+Mat FilteredLine::matrix() {
+  if (matrix_ == nullptr) {
+    assemble();
+  }
+  return matrix_;
 }
 
 PetscErrorCode FilteredLine::multiply_callback(Mat matrix, Vec unknowns, Vec product) {
@@ -194,37 +256,40 @@ PetscErrorCode FilteredLine::multiply_callback(Mat matrix, Vec unknowns, Vec pro
   PetscCall(MatShellGetContext(matrix, static_cast<void*>(&self)));
   PetscCall(VecGetArrayRead(unknowns, &from));
   PetscCall(VecGetArray(product, &to));
-  self->multiply({from, self->scale_.size()}, {to, self->scale_.size()});
+  const auto size = static_cast<std::size_t>(2 * self->beam_->local_nodes());
+  self->multiply({from, size}, {to, size});
   PetscCall(VecRestoreArray(product, &to));
   PetscCall(VecRestoreArrayRead(unknowns, &from));
   PetscFunctionReturn(0);
 }
 
 void FilteredLine::configure_solver() {
+  std::array<char, 64> type{};
+  PetscBool given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsGetString(nullptr, "filter_", "-pc_type", type.data(), type.size(), &given));
+  const std::string reason = block_form_reason();
+  const bool chain = given == PETSC_TRUE ? std::string{kPcChain} == type.data() : reason.empty();
+  if (chain && !reason.empty()) {
+    throw InputError{"option -filter_pc_type: chain cannot carry this line (" + reason +
+                     "), use lu, or leave the option out"};
+  }
+  UDAR_CALL(register_pc_chain());
   UDAR_CALL(KSPCreate(beam_->comm(), solver_.put()));
   UDAR_CALL(KSPSetOptionsPrefix(solver_, "filter_"));
-  UDAR_CALL(KSPSetOperators(solver_, operator_, matrix_));
+  UDAR_CALL(KSPSetOperators(solver_, operator_, chain ? static_cast<Mat>(operator_) : matrix()));
   PC preconditioner = nullptr;
   UDAR_CALL(KSPGetPC(solver_, &preconditioner));
-  int size = 1;
-  MPI_Comm_size(beam_->comm(), &size);
-  PC factorisation = preconditioner;
-  if (size > 1 && beam_->nodes() <= kMostRepeatedNodes) {
-    UDAR_CALL(PCSetType(preconditioner, PCREDUNDANT));
-    KSP repeated = nullptr;
-    UDAR_CALL(PCRedundantGetKSP(preconditioner, &repeated));
-    UDAR_CALL(KSPGetPC(repeated, &factorisation));
-  }
-  UDAR_CALL(PCSetType(factorisation, PCLU));
-  UDAR_CALL(PCFactorSetMatOrderingType(factorisation, MATORDERINGNATURAL));
-  if (size > 1 && factorisation == preconditioner) {
-    UDAR_CALL(PCFactorSetMatSolverType(preconditioner, MATSOLVERMUMPS));
+  if (chain) {
+    UDAR_CALL(PCSetType(preconditioner, kPcChain));
+    UDAR_CALL(KSPSetType(solver_, KSPPREONLY));
+  } else {
+    choose_factorisation(preconditioner, beam_->comm(), beam_->nodes());
+    // A direct solve and one step of iterative refinement: two Richardson iterations from zero.
+    UDAR_CALL(KSPSetType(solver_, KSPRICHARDSON));
   }
   PetscBool other_type = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasName(nullptr, "filter_", "-ksp_type", &other_type));
   if (other_type == PETSC_FALSE) {
-    // A direct solve and one step of iterative refinement: two Richardson iterations from zero.
-    UDAR_CALL(KSPSetType(solver_, KSPRICHARDSON));
     UDAR_CALL(KSPSetNormType(solver_, KSP_NORM_NONE));
     UDAR_CALL(KSPSetTolerances(solver_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
   } else {
@@ -233,6 +298,11 @@ void FilteredLine::configure_solver() {
   }
   UDAR_CALL(KSPSetFromOptions(solver_));
   UDAR_CALL(KSPSetUp(solver_));
+  PetscBool direct = PETSC_FALSE;
+  UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(solver_)), KSPPREONLY, &direct));
+  if (direct == PETSC_TRUE) {
+    chain_ = chain_solver(preconditioner);
+  }
 }
 
 void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> product) const {
@@ -242,14 +312,15 @@ void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> 
   using Pair = std::array<double, 2>;
   // Physical values of node i; the scale of an unknown that is not there is zero.
   const auto values = [&](std::size_t i) {
-    return Pair{unknowns[2 * i] * scale_[2 * i], unknowns[2 * i + 1] * scale_[2 * i + 1]};
+    return Pair{unknowns[2 * i] * line_.scale[2 * i], unknowns[2 * i + 1] * line_.scale[2 * i + 1]};
   };
   const Pair first = values(0);
   const auto halo = beam.exchange(first, values(count - 1));
 
   // What an element gives to the rows of its two nodes. Differences come first: they are exact, so that rigid motions
   // give nothing, which the assembled entries cannot promise.
-  const auto apply = [&](const ElementTerms& e, const Pair& a, const Pair& b, Pair& to_a, Pair& to_b) {
+  const auto apply = [&](const BeamElement& element, const Pair& a, const Pair& b, Pair& to_a, Pair& to_b) {
+    const ElementTerms e = element_terms(element);
     if (mixed) {
       const double slope = (b[0] - a[0]) * e.inverse_length;
       const double shear = (b[1] - a[1]) * e.inverse_length - beam.parameters().tension * slope;
@@ -264,19 +335,15 @@ void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> 
   };
   Pair from_left{};
   Pair unused{};
-  if (beam.begin() > 0) {
-    apply(elements_[0], halo.left, first, unused, from_left);
-  }
+  apply(line_.elements[0], halo.left, first, unused, from_left);
   Pair own = first;
   for (std::size_t i = 0; i < count; ++i) {
     Pair from_right{};
     Pair to_next{};
     const Pair next = i + 1 < count ? values(i + 1) : halo.right;
-    if (beam.begin() + static_cast<PetscInt>(i) < beam.elements()) {
-      apply(elements_[i + 1], own, next, from_right, to_next);
-    }
-    product[2 * i] = scale_[2 * i] * (springs_[i] * own[0] + from_left[0] + from_right[0]);
-    product[2 * i + 1] = scale_[2 * i + 1] * (from_left[1] + from_right[1]);
+    apply(line_.elements[i + 1], own, next, from_right, to_next);
+    product[2 * i] = line_.scale[2 * i] * (spring(i) * own[0] + from_left[0] + from_right[0]);
+    product[2 * i + 1] = line_.scale[2 * i + 1] * (from_left[1] + from_right[1]);
     from_left = to_next;
     own = next;
   }
@@ -285,25 +352,25 @@ void FilteredLine::multiply(std::span<const double> unknowns, std::span<double> 
   }
 }
 
-void FilteredLine::mixed_right_hand_side(std::span<const double> mass_displacement, std::span<const double> force,
-                                         std::span<double> values) const {
+void FilteredLine::mixed_right_hand_side(const chain::Column& column, std::span<double> values) const {
   const BeamChain& beam = *beam_;
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   const double tension = beam.parameters().tension;
-  const auto displacement = [&](std::size_t i) { return scale_[2 * i] != 0.0 ? mass_displacement[i] : 0.0; };
+  const auto& scale = line_.scale;
+  const auto displacement = [&](std::size_t i) { return scale[2 * i] != 0.0 ? column.displacement[i] : 0.0; };
   const auto halo = beam.exchange<1>({displacement(0)}, {displacement(count - 1)});
-  double slope_left =  // of the element on the left of the node, zero beyond the beam
-      beam.begin() > 0 ? (displacement(0) - halo.left[0]) * elements_[0].inverse_length : 0.0;
+  const auto slope = [&](std::size_t element, double left, double right) {
+    return LineData::present(line_.elements[element]) ? (right - left) / line_.elements[element].length : 0.0;
+  };
+  double slope_left = slope(0, halo.left[0], displacement(0));  // of the element on the left of the node
   for (std::size_t i = 0; i < count; ++i) {
-    double slope_right = 0.0;
-    if (beam.begin() + static_cast<PetscInt>(i) < beam.elements()) {
-      const double next = i + 1 < count ? displacement(i + 1) : halo.right[0];
-      slope_right = (next - displacement(i)) * elements_[i + 1].inverse_length;
-    }
+    const double own = displacement(i);
+    const double slope_right = slope(i + 1, own, i + 1 < count ? displacement(i + 1) : halo.right[0]);
     const double bend = slope_right - slope_left;  // (T u)_i
-    const double ground = springs_[i] - wf2_ * mass_[i];
-    values[2 * i] = scale_[2 * i] * (force[i] - ground * displacement(i) + tension * bend);
-    values[2 * i + 1] = -scale_[2 * i + 1] * bend;
+    const double force = column.force != nullptr ? column.force[i] : 0.0;
+    const double ground = spring(i) - line_.filter_stiffness[i];
+    values[2 * i] = scale[2 * i] * (force - ground * own + tension * bend);
+    values[2 * i + 1] = -scale[2 * i + 1] * bend;
     slope_left = slope_right;
   }
 }
@@ -313,7 +380,7 @@ void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<d
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   using Pair = std::array<double, 2>;
   const auto values = [&](std::size_t i) {  // (w, theta)
-    return Pair{unknowns[2 * i] * scale_[2 * i], unknowns[2 * i + 1] * scale_[2 * i + 1]};
+    return Pair{unknowns[2 * i] * line_.scale[2 * i], unknowns[2 * i + 1] * line_.scale[2 * i + 1]};
   };
   const auto halo = beam.exchange(values(0), values(count - 1));
   for (std::size_t i = 0; i < count; ++i) {
@@ -333,22 +400,82 @@ void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<d
 
 void FilteredLine::solve(std::span<const double> mass_displacement, std::span<const double> force,
                          std::span<double> stretch, std::span<double> moment) {
+  const chain::Column column{.displacement = mass_displacement.data(),
+                             .force = force.empty() ? nullptr : force.data(),
+                             .stretch = stretch.data(),
+                             .moment = moment.empty() ? nullptr : moment.data()};
+  solve({&column, 1});
+}
+
+void FilteredLine::solve(std::span<const chain::Column> columns) {
   const petsc::LogScope scope{petsc::log_events().solve};
-  const auto count = static_cast<std::size_t>(beam_->local_nodes());
+  if (chain_ != nullptr) {
+    return solve_by_chain(columns);
+  }
+  for (const chain::Column& column : columns) {
+    solve_by_ksp(column);
+  }
+}
+
+/// Whether the residual check falls among the next solves.
+bool FilteredLine::check_due(std::size_t solves) const {
+  const PetscInt interval = parameters_.check_interval;
+  return interval > 0 && (solves_ + interval - 1) % interval + static_cast<PetscInt>(solves) >= interval;
+}
+
+void FilteredLine::solve_by_chain(std::span<const chain::Column> columns) {
+  if (!check_due(columns.size())) {
+    chain_->solve(columns);
+    solves_ += static_cast<PetscInt>(columns.size());
+    return;
+  }
+  // The first column's solution is put into the operator that the solver has never seen.
+  std::vector<chain::Column> checked(columns.begin(), columns.end());
+  if (checked[0].moment == nullptr) {
+    checked_moment_.resize(mass_.size());
+    checked[0].moment = checked_moment_.data();
+    chain_->solve({checked.data(), 1});
+    chain_->solve(columns.subspan(1));
+  } else {
+    chain_->solve(checked);
+  }
+  solves_ += static_cast<PetscInt>(columns.size());
+  right_hand_side(checked[0]);
+  double* unknowns = nullptr;
+  UDAR_CALL(VecGetArrayWrite(unknowns_, &unknowns));
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    const std::array<double, 2> values{checked[0].stretch[i], checked[0].moment[i]};
+    for (std::size_t a = 0; a < 2; ++a) {
+      unknowns[2 * i + a] = line_.scale[2 * i + a] != 0.0 ? values[a] / line_.scale[2 * i + a] : 0.0;
+    }
+  }
+  UDAR_CALL(VecRestoreArrayWrite(unknowns_, &unknowns));
+  check_residual();
+}
+
+void FilteredLine::right_hand_side(const chain::Column& column) {
+  if (unknowns_ == nullptr) {
+    UDAR_CALL(MatCreateVecs(operator_, unknowns_.put(), right_hand_side_.put()));
+  }
+  const std::size_t count = mass_.size();
   double* values = nullptr;
   UDAR_CALL(VecGetArrayWrite(right_hand_side_, &values));
   if (parameters_.formulation == Formulation::mixed) {
-    mixed_right_hand_side(mass_displacement, force, {values, 2 * count});
+    mixed_right_hand_side(column, {values, 2 * count});
   } else {
     for (std::size_t i = 0; i < count; ++i) {
-      values[2 * i] = scale_[2 * i] * (wf2_ * mass_[i] * mass_displacement[i] + force[i]);
+      const double force = column.force != nullptr ? column.force[i] : 0.0;
+      values[2 * i] = line_.scale[2 * i] * (line_.filter_stiffness[i] * column.displacement[i] + force);
       values[2 * i + 1] = 0.0;
     }
   }
   UDAR_CALL(VecRestoreArrayWrite(right_hand_side_, &values));
+}
 
+void FilteredLine::solve_by_ksp(const chain::Column& column) {
+  const std::size_t count = mass_.size();
+  right_hand_side(column);
   UDAR_CALL(KSPSolve(solver_, right_hand_side_, unknowns_));
-  ++solves_;
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   UDAR_CALL(KSPGetConvergedReason(solver_, &reason));
   if (reason <= 0) {
@@ -357,36 +484,37 @@ void FilteredLine::solve(std::span<const double> mass_displacement, std::span<co
     throw SolveError{std::string{"the line solve did not converge: "} + KSPConvergedReasons[reason] + " after " +
                      std::to_string(iterations) + " iterations (see -filter_ksp_monitor, -filter_ksp_view)"};
   }
-  if (parameters_.check_interval > 0 && (solves_ - 1) % parameters_.check_interval == 0) {
+  const bool due = check_due(1);
+  ++solves_;
+  if (due) {
     check_residual();
   }
 
   const double* solution = nullptr;
   UDAR_CALL(VecGetArrayRead(unknowns_, &solution));
   const bool mixed = parameters_.formulation == Formulation::mixed;
-  if (mixed) {
-    for (std::size_t i = 0; i < count; ++i) {
-      stretch[i] = scale_[2 * i] * solution[2 * i];
-      moment[i] = scale_[2 * i + 1] * solution[2 * i + 1];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double scale = line_.scale[2 * i];
+    column.stretch[i] = scale * solution[2 * i] - (mixed && scale != 0.0 ? 0.0 : column.displacement[i]);
+    if (mixed && column.moment != nullptr) {
+      column.moment[i] = line_.scale[2 * i + 1] * solution[2 * i + 1];
     }
-  } else {
-    for (std::size_t i = 0; i < count; ++i) {
-      stretch[i] = scale_[2 * i] * solution[2 * i] - mass_displacement[i];
-    }
-    hermite_moments({solution, 2 * count}, moment);
+  }
+  if (!mixed && column.moment != nullptr) {
+    hermite_moments({solution, 2 * count}, {column.moment, count});
   }
   UDAR_CALL(VecRestoreArrayRead(unknowns_, &solution));
-  for (const PetscInt node : {PetscInt{0}, beam_->elements()}) {
-    if (beam_->held(node) && node >= beam_->begin() && node < beam_->end()) {
-      const auto i = static_cast<std::size_t>(node - beam_->begin());
-      stretch[i] = -mass_displacement[i];
-    }
-  }
 }
 
 void FilteredLine::check_residual() {
   if (residual_ == nullptr) {
     UDAR_CALL(VecDuplicate(right_hand_side_, residual_.put()));
+    std::vector<double> sums(2 * mass_.size());
+    each_entry([&](PetscInt row, PetscInt /*column*/, double value) {
+      sums[static_cast<std::size_t>(row - 2 * beam_->begin())] += std::abs(value);
+    });
+    matrix_norm_ = std::ranges::max(sums);
+    MPI_Allreduce(MPI_IN_PLACE, &matrix_norm_, 1, MPI_DOUBLE, MPI_MAX, beam_->comm());
   }
   double residual = 0.0;
   double solution = 0.0;

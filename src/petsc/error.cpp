@@ -1,5 +1,8 @@
 #include "udar/petsc/error.hpp"
 
+#include <exception>
+#include <utility>
+
 #include "udar/petsc/session.hpp"
 
 namespace udar {
@@ -17,13 +20,36 @@ std::string describe(PetscErrorCode code, const char* call, std::source_location
          where.file_name() + ":" + std::to_string(where.line());
 }
 
+/// What a callback threw and no C++ frame has seen yet.
+std::exception_ptr& pending() {
+  static std::exception_ptr exception;
+  return exception;
+}
+
 }  // namespace
+
+PetscErrorCode guarded(const std::function<void()>& body) {
+  PetscFunctionBeginUser;
+  std::string message;
+  try {
+    body();
+    PetscFunctionReturn(0);
+  } catch (const std::exception& failure) {
+    message = failure.what();
+    pending() = std::current_exception();
+  }
+  SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", message.c_str());
+}
 
 Error::Error(PetscErrorCode code, const char* call, std::source_location where)
     : std::runtime_error{describe(code, call, where)}, code_{code} {}
 
 void check(PetscErrorCode code, const char* call, std::source_location where) {
   if (code != 0) {
+    if (const std::exception_ptr exception = std::exchange(pending(), nullptr); exception != nullptr) {
+      static_cast<void>(take_error_message());
+      std::rethrow_exception(exception);
+    }
     throw Error{code, call, where};
   }
 }

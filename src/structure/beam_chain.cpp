@@ -51,9 +51,9 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   int size = 1;
   MPI_Comm_rank(comm_, &rank);
   MPI_Comm_size(comm_, &size);
-  require(static_cast<PetscInt>(size) <= elements(), "option -beam_elements: " + std::to_string(elements()) +
-                                                         " elements cannot be dealt to " + std::to_string(size) +
-                                                         " ranks; use at most one rank per element");
+  require(static_cast<PetscInt>(size) <= nodes() / 2, "option -beam_elements: " + std::to_string(elements()) +
+                                                          " elements cannot be dealt to " + std::to_string(size) +
+                                                          " ranks; use at most one rank per two nodes");
   const PetscInt share = nodes() / size;
   const PetscInt rest = nodes() % size;
   begin_ = rank * share + std::min<PetscInt>(rank, rest);
@@ -69,6 +69,9 @@ std::size_t BeamChain::segment_of_element(PetscInt element) const {
 }
 
 BeamElement BeamChain::element(PetscInt element) const {
+  if (element < 0 || element >= elements()) {
+    return {.flexural_compliance = std::numeric_limits<double>::infinity()};
+  }
   const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
   return {.length = segment.length / static_cast<double>(segment.elements),
           .flexural_compliance = 1.0 / segment.bending_stiffness,

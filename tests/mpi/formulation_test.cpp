@@ -10,8 +10,8 @@
 namespace udar {
 namespace {
 
-TEST(Formulations, GiveTheSameLineMomentsAndEnergyDownToOneNodePerRank) {
-  for (const PetscInt elements : {PetscInt{3}, PetscInt{4}, PetscInt{11}}) {
+TEST(Formulations, GiveTheSameLineMomentsAndEnergyDownToTwoNodesPerRank) {
+  for (const PetscInt elements : {PetscInt{5}, PetscInt{6}, PetscInt{11}}) {
     BeamParameters parameters = test::steel_beam(elements);
     parameters.right = test::kClamped;
     parameters.segments[0].shear_stiffness = 3e7;

@@ -6,8 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "udar/filter/chain_solver.hpp"
 #include "udar/petsc/handle.hpp"
 #include "udar/structure/beam_chain.hpp"
 
@@ -27,34 +29,40 @@ struct FilterParameters {
   double residual_tolerance = 1e-8;  ///< largest normwise backward error that passes the check [-]
 };
 
-/// @brief The massless elastic line on its filter springs, as a distributed block-2 matrix under a PETSc `KSP`.
+/// @brief The massless elastic line on its filter springs, as a distributed block-2 operator under a PETSc `KSP`.
 ///
 /// Unknowns are displacements from the reference axis, the straight line on which end springs and foundation are
-/// unstressed. The matrix is scaled on both sides to a diagonal near one; the mixed form solves for the spring stretch
-/// d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation. The KSP's operator is
-/// matrix-free and differences before it multiplies; the assembled matrix serves the preconditioner. Source:
+/// unstressed. The operator is scaled on both sides to a diagonal near one; the mixed form solves for the spring
+/// stretch d = Yc - Ym, so that the acceleration wf^2 d of the masses suffers no cancellation. The KSP's operator is
+/// matrix-free and differences before it multiplies; a matrix is assembled for preconditioners that need one. Source:
 /// docs/theory.md, "The discrete line".
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
-/// prefix `filter_`). Default: LU in natural order on one rank; on several, the same repeated on every rank up to 200
-/// 000 nodes, MUMPS beyond; and one refinement step.
+/// prefix `filter_`). Default: `preonly` and `chain`, which then solves without forming a right-hand side. Under
+/// tension and in the Hermite form: LU of the assembled matrix in natural order on one rank; on several, the same
+/// repeated on every rank up to 200 000 nodes, MUMPS beyond; and one refinement step.
 class FilteredLine {
  public:
   FilteredLine(const FilteredLine&) = delete;
   FilteredLine& operator=(const FilteredLine&) = delete;
   ~FilteredLine() = default;
-  /// Assembles and factors. @note Collective.
-  /// @throws InputError if wf is not positive; petsc::Error if PETSc cannot set up the solver asked for
+  /// Factors. @note Collective.
+  /// @throws InputError if wf is not positive, or the chain solver is asked for what it cannot carry; petsc::Error if
+  /// PETSc cannot set up the solver asked for
   FilteredLine(const BeamChain& beam, FilterParameters parameters);
 
   /// @brief Solves (wf^2 M + C) Yc = wf^2 M Ym + F.
   /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node
-  /// @param[in]  force             F [N], one value per local node
+  /// @param[in]  force             F [N], one value per local node; empty: none
   /// @param[out] stretch           d = Yc - Ym [m]
-  /// @param[out] moment            EI w'' [N m]
-  /// @note Collective: one message to each neighbour, then what the solver needs.
+  /// @param[out] moment            EI w'' [N m]; empty: not wanted
+  /// @note Collective: a message to the neighbours, then what the solver needs.
   /// @throws SolveError if the solver reports divergence (KSP's reason is named) or the residual check fails
   void solve(std::span<const double> mass_displacement, std::span<const double> force, std::span<double> stretch,
              std::span<double> moment);
+
+  /// @brief The same for several columns at once: the factor is read once for up to four.
+  /// @param columns displacement, force, stretch, moment; the same of them given in all
+  void solve(std::span<const chain::Column> columns);
 
   /// @brief Elastic energy of the line: bending, shear, tension, foundation and end springs [J], this rank's share.
   /// @param[in] line_displacement Yc minus the reference axis [m], @param[in] moment [N m]
@@ -67,7 +75,13 @@ class FilteredLine {
   [[nodiscard]] double filter_frequency() const noexcept { return parameters_.filter_frequency; }
   [[nodiscard]] PetscInt solves() const noexcept { return solves_; }
   [[nodiscard]] KSP solver() const noexcept { return solver_; }  ///< for PETSc calls beyond this class
-  [[nodiscard]] Mat matrix() const noexcept { return matrix_; }  ///< scaled, two unknowns per node
+  [[nodiscard]] Mat op() const noexcept { return operator_; }    ///< matrix-free, scaled, two unknowns per node
+  /// The same assembled, on first demand. @note Collective.
+  [[nodiscard]] Mat matrix();
+  /// The chain solver where it serves, else null: why not is in `block_form_reason`.
+  [[nodiscard]] const ChainSolver* chain() const noexcept { return chain_; }
+  /// Why the assembled block form is solved by default: "tension", "Hermite form", or empty.
+  [[nodiscard]] std::string block_form_reason() const;
   /// Largest normwise backward error seen by the residual check so far [-].
   [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
 
@@ -86,41 +100,47 @@ class FilteredLine {
     std::array<double, 2> diagonal;
     std::array<bool, 2> present;
   };
-  /// An entry that only an end of the beam has: of an elastic rotation, or 1 for an unknown that is not there.
+  /// An entry that only an end of a beam has: of an elastic rotation, or 1 for an unknown that is not there.
   struct EndTerm {
     std::size_t index;
     double value;  // scaled
   };
 
-  [[nodiscard]] ElementTerms element_terms(PetscInt number) const;
+  [[nodiscard]] ElementTerms element_terms(const BeamElement& element) const;
   [[nodiscard]] std::array<std::array<double, 4>, 4> element_matrix(const ElementTerms& e) const;
   [[nodiscard]] NodeTerms node_terms(PetscInt node) const;
   [[nodiscard]] double scale(PetscInt node, std::size_t a) const;
-  [[nodiscard]] std::size_t slot(PetscInt element) const;
+  [[nodiscard]] double spring(std::size_t i) const;
   void collect_terms();
+  template <class Add>
+  void each_entry(const Add& add) const;
+  void create_operator();
   void assemble();
   void configure_solver();
   void multiply(std::span<const double> unknowns, std::span<double> product) const;
-  void mixed_right_hand_side(std::span<const double> mass_displacement, std::span<const double> force,
-                             std::span<double> values) const;
+  void right_hand_side(const chain::Column& column);
+  void mixed_right_hand_side(const chain::Column& column, std::span<double> values) const;
   void hermite_moments(std::span<const double> unknowns, std::span<double> moment) const;
+  void solve_by_chain(std::span<const chain::Column> columns);
+  void solve_by_ksp(const chain::Column& column);
+  [[nodiscard]] bool check_due(std::size_t solves) const;
   void check_residual();
   static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
 
   const BeamChain* beam_;
   FilterParameters parameters_;
   double wf2_;
-  std::vector<ElementTerms> elements_;  // [0] is left of the first local node, [i + 1] right of local node i
+  LineData line_;
   std::vector<double> mass_;
-  std::vector<double> springs_;  // filter spring, foundation and end spring of each local node [N/m]
-  std::vector<double> scale_;    // of the two unknowns of each local node; 0: the unknown is not there
   std::vector<EndTerm> end_terms_;
-  petsc::Matrix matrix_;    // assembled, for the preconditioner
-  petsc::Matrix operator_;  // the same as a product without rounding of rigid motions, for residuals
+  petsc::Matrix matrix_;    // assembled, for the preconditioners that need it
+  petsc::Matrix operator_;  // the same as a product without rounding of rigid motions
   petsc::LinearSolver solver_;
+  ChainSolver* chain_ = nullptr;
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;
   petsc::Vector residual_;
+  std::vector<double> checked_moment_;
   double matrix_norm_ = 0.0;
   PetscInt solves_ = 0;
   double worst_residual_ = 0.0;

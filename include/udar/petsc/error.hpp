@@ -4,6 +4,7 @@
 
 #include <petscsys.h>
 
+#include <functional>
 #include <source_location>
 #include <stdexcept>
 #include <string>
@@ -40,8 +41,12 @@ class Error : public std::runtime_error {
   PetscErrorCode code_;
 };
 
-/// @brief Throws `Error` unless `code` is zero. Use through `UDAR_CALL`.
+/// @brief Throws `Error` unless `code` is zero, or the exception that a guarded callback caught. Use through
+/// `UDAR_CALL`.
 void check(PetscErrorCode code, const char* call, std::source_location where = std::source_location::current());
+
+/// @brief Runs C++ code inside a PETSc callback: an exception becomes a PETSc error here, and itself again in `check`.
+[[nodiscard]] PetscErrorCode guarded(const std::function<void()>& body);
 
 }  // namespace petsc
 

@@ -76,7 +76,7 @@ class BeamChain {
   [[nodiscard]] PetscInt local_nodes() const noexcept { return end_ - begin_; }
 
   /// Properties by global number, available on every rank.
-  [[nodiscard]] BeamElement element(PetscInt element) const;
+  [[nodiscard]] BeamElement element(PetscInt element) const;   ///< infinitely compliant where there is none
   [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
   [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
   [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and end springs [N/m], held ends excluded

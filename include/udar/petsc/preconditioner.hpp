@@ -1,0 +1,42 @@
+#pragma once
+/// @file
+/// Preconditioners of our own as PETSc types.
+
+#include <petscpc.h>
+
+#include <memory>
+
+namespace udar::petsc {
+
+/// @brief What a registered `PC` type does. Members may throw; PETSc sees error codes.
+class Preconditioner {
+ public:
+  Preconditioner() = default;
+  Preconditioner(const Preconditioner&) = delete;
+  Preconditioner& operator=(const Preconditioner&) = delete;
+  virtual ~Preconditioner() = default;
+
+  /// Reads options. @param pc for the options prefix
+  virtual void set_from_options(PC pc) = 0;
+  /// @param amat, pmat the operators of the `PC`
+  virtual void set_up(Mat amat, Mat pmat) = 0;
+  virtual void apply(Vec right, Vec solution) = 0;
+  /// Several columns at once. @param right, solution dense matrices
+  virtual void apply(Mat right, Mat solution) = 0;
+  /// @param viewer ASCII
+  virtual void view(PetscViewer viewer) const = 0;
+};
+
+/// @brief Makes `implementation` the inside of a symmetric `PC`; for `PCRegister`'s creation function.
+[[nodiscard]] PetscErrorCode attach(PC pc, std::unique_ptr<Preconditioner> implementation);
+
+/// @brief The inside of a `PC` made by `attach`.
+[[nodiscard]] Preconditioner* attached(PC pc);
+
+/// @brief Registers `Type` under a name for `-pc_type`. May be called again. @note Not collective.
+template <class Type>
+[[nodiscard]] PetscErrorCode register_preconditioner(const char* name) {
+  return PCRegister(name, [](PC pc) { return attach(pc, std::make_unique<Type>()); });
+}
+
+}  // namespace udar::petsc

@@ -1,0 +1,133 @@
+#include "udar/filter/pc_chain.hpp"
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/handle.hpp"
+#include "udar/petsc/preconditioner.hpp"
+
+namespace udar {
+namespace {
+
+constexpr const char* kComposed = "udar_line";
+
+std::string name_of(Mat matrix) {
+  const char* type = nullptr;
+  const char* name = nullptr;
+  UDAR_CALL(MatGetType(matrix, &type));
+  UDAR_CALL(PetscObjectGetName(reinterpret_cast<PetscObject>(matrix), &name));
+  return std::string{"'"} + name + "' of type " + type;
+}
+
+class ChainPreconditioner final : public petsc::Preconditioner {
+ public:
+  void set_from_options(PC pc) override {
+    const char* prefix = nullptr;
+    UDAR_CALL(PCGetOptionsPrefix(pc, &prefix));
+    UDAR_CALL(PetscOptionsGetInt(nullptr, prefix, "-pc_chain_lanes", &lanes_, nullptr));
+  }
+
+  void set_up(Mat amat, Mat pmat) override {
+    const LineData* line = composed_line(pmat);
+    if (line == nullptr) {
+      line = composed_line(amat);
+    }
+    if (line == nullptr) {
+      throw InputError{"preconditioner chain solves the lines of udar only, and no line is composed with the matrix " +
+                       name_of(pmat) + "; choose another -pc_type"};
+    }
+    solver_ = std::make_unique<ChainSolver>(*line, static_cast<int>(lanes_));
+  }
+
+  void apply(Vec right, Vec solution) override {
+    chain::Column column;
+    UDAR_CALL(VecGetArrayRead(right, &column.right_hand_side));
+    UDAR_CALL(VecGetArrayWrite(solution, &column.unknowns));
+    solver_->solve({&column, 1});
+    UDAR_CALL(VecRestoreArrayWrite(solution, &column.unknowns));
+    UDAR_CALL(VecRestoreArrayRead(right, &column.right_hand_side));
+  }
+
+  void apply(Mat right, Mat solution) override {
+    PetscInt count = 0;
+    PetscInt right_pitch = 0;
+    PetscInt solution_pitch = 0;
+    const double* from = nullptr;
+    double* to = nullptr;
+    UDAR_CALL(MatGetSize(right, nullptr, &count));
+    UDAR_CALL(MatDenseGetLDA(right, &right_pitch));
+    UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
+    UDAR_CALL(MatDenseGetArrayRead(right, &from));
+    UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
+    std::vector<chain::Column> columns(static_cast<std::size_t>(count));
+    for (chain::Column& column : columns) {
+      column.right_hand_side = from;
+      column.unknowns = to;
+      from += right_pitch;
+      to += solution_pitch;
+    }
+    solver_->solve(columns);
+    UDAR_CALL(MatDenseRestoreArrayWrite(solution, &to));
+    UDAR_CALL(MatDenseRestoreArrayRead(right, &from));
+  }
+
+  void view(PetscViewer viewer) const override {
+    if (solver_ == nullptr) {
+      UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  not yet set up\n"));
+      return;
+    }
+    constexpr std::array kCouplings{"none (one rank)", "messages between neighbours",
+                                    "one MPI_Allgather of 4 numbers a rank"};
+    const ChainSolver::Report& report = solver_->report();
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer,
+                                     "  first rank: %zu joints, %zu nodes inside stretches, %zu different "
+                                     "stretches, %d side by side\n",
+                                     report.joints, report.inner_nodes, report.spans, report.lanes));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, work %zu bytes\n", report.factor_bytes,
+                                     report.work_bytes));
+    UDAR_CALL(
+        PetscViewerASCIIPrintf(viewer, "  decay length %g to %g m\n", report.shortest_decay, report.longest_decay));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  coupling of ranks: %s; at most %.2g of a disturbance passes a rank\n",
+                                     kCouplings[static_cast<std::size_t>(report.coupling)], report.carried));
+  }
+
+  [[nodiscard]] ChainSolver* solver() const { return solver_.get(); }
+
+ private:
+  PetscInt lanes_ = 0;
+  std::unique_ptr<ChainSolver> solver_;
+};
+
+}  // namespace
+
+void compose_line(Mat matrix, const LineData& line) {
+  using Container = petsc::Handle<PetscContainer, PetscContainerDestroy>;
+  Container container;
+  UDAR_CALL(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), container.put()));
+  UDAR_CALL(PetscContainerSetPointer(container, const_cast<LineData*>(&line)));
+  UDAR_CALL(PetscObjectCompose(reinterpret_cast<PetscObject>(matrix), kComposed,
+                               reinterpret_cast<PetscObject>(static_cast<PetscContainer>(container))));
+}
+
+const LineData* composed_line(Mat matrix) {
+  PetscObject object = nullptr;
+  void* pointer = nullptr;
+  UDAR_CALL(PetscObjectQuery(reinterpret_cast<PetscObject>(matrix), kComposed, &object));
+  if (object != nullptr) {
+    UDAR_CALL(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(object), &pointer));
+  }
+  return static_cast<const LineData*>(pointer);
+}
+
+PetscErrorCode register_pc_chain() { return petsc::register_preconditioner<ChainPreconditioner>(kPcChain); }
+
+ChainSolver* chain_solver(PC pc) {
+  PetscBool chain = PETSC_FALSE;
+  UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kPcChain, &chain));
+  return chain == PETSC_TRUE ? static_cast<ChainPreconditioner*>(petsc::attached(pc))->solver() : nullptr;
+}
+
+}  // namespace udar
