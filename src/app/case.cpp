@@ -193,6 +193,17 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   group.real("-beam_tension", beam.tension, "N", petsc::non_negative(), "axial tension");
   beam.left = read_end(group, "left");
   beam.right = read_end(group, "right");
+  Numbers gap;
+  group.reals(
+      "-beam_gap", gap, "m", petsc::non_negative(),
+      "space between segments, one per joint or one for all; > 0: they are different beams with free ends there");
+  Numbers line_position;
+  Numbers line_stiffness;
+  group.reals("-beam_line_support_position", line_position, "m", petsc::non_negative(),
+              "where the line itself is held to the axis, both ways: the nearest node");
+  const bool line_stiffness_given =
+      group.reals("-beam_line_support_stiffness", line_stiffness, "N/m", petsc::non_negative(),
+                  "springs there, one per position or one for all; default rigid");
   Numbers point_position;
   Numbers point_mass;
   group.reals("-beam_point_mass_position", point_position, "m", petsc::non_negative(),
@@ -213,7 +224,15 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   if (shear_given && theory != Theory::timoshenko) {
     throw InputError{"option -beam_shear_stiffness needs -beam_theory timoshenko"};
   }
+  if (!gap.empty() && count == 1) {
+    throw InputError{"option -beam_gap needs at least two segments in -beam_length"};
+  }
+  gap = gap.empty() ? Numbers(count - 1, 0.0)
+                    : petsc::one_per("-beam_gap", gap, count - 1, "one per joint between segments of -beam_length");
   for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0 && gap[i - 1] > 0.0) {
+      beam.segments.push_back({.length = gap[i - 1], .elements = 1});
+    }
     const double shear_modulus = modulus[i] / (2.0 * (1.0 + poisson_ratio));
     const double section_shear = sections[i].shear_coefficient * shear_modulus * sections[i].area;
     beam.segments.push_back({.length = length[i],
@@ -225,6 +244,14 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
                                                 : shear_given ? shear[i]
                                                               : section_shear,
                              .foundation_stiffness = foundation[i]});
+  }
+  if (line_stiffness_given) {
+    line_stiffness = petsc::one_per("-beam_line_support_stiffness", line_stiffness, line_position.size(),
+                                    "one per -beam_line_support_position");
+  }
+  for (std::size_t i = 0; i < line_position.size(); ++i) {
+    beam.line_supports.push_back(
+        {.position = line_position[i], .stiffness = line_stiffness_given ? line_stiffness[i] : BeamEnd::kRigid});
   }
   if (!point_position.empty() || !point_mass.empty()) {
     point_mass =

@@ -59,6 +59,9 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   for (const PointMass& point : input.beam.point_masses) {
     lists << point.position << ' ' << point.mass << ';';
   }
+  for (const LineSupport& spring : input.beam.line_supports) {
+    lists << "line " << spring.position << ' ' << spring.stiffness << ';';
+  }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
           << static_cast<int>(support.side) << ';';
@@ -119,7 +122,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
     segment.elements = std::max<PetscInt>(1, static_cast<PetscInt>(share * static_cast<double>(kElements)));
     elements += segment.elements;
   }
-  if (elements < static_cast<PetscInt>(size)) {
+  if ((elements + 1) / 2 < static_cast<PetscInt>(size)) {
     return lowest_modes(line, 1);
   }
   const BeamChain coarse_beam{beam.comm(), coarse};

@@ -84,6 +84,10 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
       line.parameters().formulation == Formulation::mixed ? "mixed" : "hermite", size, size > 1 ? "s" : ""));
   for (std::size_t i = 0; i < beam.parameters().segments.size(); ++i) {
     const BeamSegment& segment = beam.parameters().segments[i];
+    if (segment.is_gap()) {
+      UDAR_CALL(PetscPrintf(comm, "  gap: %g m\n", segment.length));
+      continue;
+    }
     UDAR_CALL(PetscPrintf(
         comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n", i,
         segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness, segment.mass_per_length,
@@ -98,6 +102,14 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
                         line.filter_frequency(), decay_length(beam, line.filter_frequency()),
                         decay_length(beam, line.filter_frequency()) / beam.length() * static_cast<double>(elements),
                         line.worst_residual()));
+  if (line.chain() != nullptr) {
+    UDAR_CALL(PetscPrintf(comm, "line solver: chain recursion (details: -filter_ksp_view)\n"));
+  } else {
+    const std::string reason = line.block_form_reason();
+    UDAR_CALL(PetscPrintf(
+        comm, "line solver: assembled block form%s (details: -filter_ksp_view)\n",
+        reason.empty() ? ", as asked for" : (", because the chain recursion cannot carry it: " + reason).c_str()));
+  }
   UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
   for (std::size_t i = 0; i < modes.size(); ++i) {
     UDAR_CALL(PetscPrintf(comm, "  %4zu %11.5g %18.5g %6.1f %%\n", i + 1, modes[i].frequency, modes[i].filtered,

@@ -30,12 +30,39 @@ Symmetric congruent(const Square& t, const Symmetric& c) {
   return symmetric(multiply(multiply(t, full(c)), transposed(t)));
 }
 
-/// (P^-1 + J)^-1 without inverting P, which may be singular.
-Symmetric combine(const Symmetric& p, const Symmetric& j) {
-  const long double det_p = p[0] * p[2] - p[1] * p[1];
+/// A compliance that may be close to singular (behind a pinned end, displacement and rotation go together): its
+/// determinant is carried along, as it cannot be computed from the entries.
+struct Compliance {
+  Symmetric entries{};
+  long double det = 0.0;
+};
+
+/// (P^-1 + J)^-1 without inverting P, and the factor by which its determinant is smaller than that of P.
+struct Combined {
+  Compliance value;
+  long double shrink = 1.0;
+};
+Combined combine(const Compliance& p, const Symmetric& j) {
+  const auto& e = p.entries;
   const long double det_j = j[0] * j[2] - j[1] * j[1];
-  const long double det = 1 + p[0] * j[0] + 2 * p[1] * j[1] + p[2] * j[2] + det_p * det_j;
-  return {(p[0] + det_p * j[2]) / det, (p[1] - det_p * j[1]) / det, (p[2] + det_p * j[0]) / det};
+  const long double shrink = 1 / (1 + e[0] * j[0] + 2 * e[1] * j[1] + e[2] * j[2] + p.det * det_j);
+  return {.value = {.entries = {(e[0] + p.det * j[2]) * shrink, (e[1] - p.det * j[1]) * shrink,
+                                (e[2] + p.det * j[0]) * shrink},
+                    .det = p.det * shrink},
+          .shrink = shrink};
+}
+
+/// T X T' + C, for T of given determinant.
+Compliance carry(const Square& t, long double det_t, const Compliance& x, const Compliance& added) {
+  const Symmetric& c = added.entries;
+  const Symmetric moved = congruent(t, x.entries);
+  const long double det_moved = det_t * det_t * x.det;
+  // det(M + C) = det M + det C + mixed; the mixed part by completing squares in M, which may be singular.
+  const long double mixed = moved[0] > 0 ? (moved[0] * moved[0] * c[2] - 2 * moved[0] * moved[1] * c[1] +
+                                            moved[1] * moved[1] * c[0] + det_moved * c[0]) /
+                                               moved[0]
+                                         : moved[2] * c[0];
+  return {.entries = add(moved, c), .det = det_moved + added.det + mixed};
 }
 
 /// 1 - J X, which with X = (P^-1 + J)^-1 is (1 + J P)^-1.
@@ -201,8 +228,10 @@ void ChainSolver::add_stretch(const LineData& line, std::size_t from, std::size_
 ChainSolver::Piece ChainSolver::factor(const LineData& line) {
   Piece piece;
   piece.shortest = std::numeric_limits<long double>::infinity();
-  Symmetric p{};              // compliance after the node, or before it
+  Compliance compliance_here;  // after the node, or before it
+  Symmetric& p = compliance_here.entries;
   Square passed = kIdentity;  // what has come through from the piece's first node
+  long double det_passed = 1;
   bool free_start = false;
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     Joint& joint = joints_[j];
@@ -226,9 +255,11 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
     if (joint.starts) {
       free_start = rotation == 0.0;
       p = {compliance, 0, free_start ? 0 : inverse(rotation)};
+      compliance_here.det = p[0] * p[2];
       passed = {};
+      det_passed = 0;
     } else if (j == 0) {
-      p = {};
+      compliance_here = {};
     } else if (free_start) {
       // Nothing is known of the rotation before this second node: it takes all of the innovation.
       const long double h = left.length;
@@ -236,6 +267,8 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
       joint.gain = {1.0, static_cast<double>(1 / h)};
       p = {compliance, compliance / h,
            (first + compliance) / (h * h) + h * left.flexural_compliance / 3 + left.shear_compliance / h};
+      compliance_here.det =
+          compliance * (first / (h * h) + h * left.flexural_compliance / 3 + left.shear_compliance / h);
       free_start = false;
     } else {
       const long double release = 1 / (p[0] + compliance);
@@ -248,6 +281,8 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
       piece.stiffness = add(piece.stiffness, felt);
       const long double kept = compliance * release;
       passed = {kept * passed[0], kept * passed[1], passed[2] - g1 * passed[0], passed[3] - g1 * passed[1]};
+      det_passed *= kept;
+      compliance_here.det *= kept;
       p = {g0 * compliance, g1 * compliance, p[2] - g1 * p[1]};
     }
 
@@ -258,7 +293,8 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
                            passed[3] * passed[3] * release};
       piece.stiffness = add(piece.stiffness, felt);
       passed = {};
-      p = {};
+      det_passed = 0;
+      compliance_here = {};
       continue;
     }
     const long double decay =
@@ -276,19 +312,23 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
     const Square transfer = plain ? element_transfer(right) : span->transfer();
     const Symmetric added = plain ? element_compliance(right) : span->compliance();
     const Symmetric stiff = plain ? Symmetric{} : span->stiffness();
-    const Symmetric combined = combine(p, stiff);
-    const Square reaction = complement(stiff, combined);
+    const long double det_transfer = plain ? 1.0L : span->transfer_determinant();
+    const Combined combined = combine(compliance_here, stiff);
+    const Square reaction = complement(stiff, combined.value.entries);
     joint.transfer = rounded(transfer);
     joint.stiffness = rounded(stiff);
-    joint.combined = rounded(combined);
+    joint.combined = rounded(combined.value.entries);
     joint.reaction = rounded(reaction);
     piece.stiffness = add(piece.stiffness, congruent(transposed(passed), symmetric(multiply(reaction, full(stiff)))));
     passed = multiply(transfer, multiply(transposed(reaction), passed));
-    p = add(congruent(transfer, combined), added);
+    det_passed *= det_transfer * combined.shrink;
+    compliance_here = carry(transfer, det_transfer, combined.value, {added, added[0] * added[2] - added[1] * added[1]});
   }
   joint_spans_ = {};
   piece.transfer = passed;
+  piece.det_transfer = det_passed;
   piece.compliance = p;
+  piece.det_compliance = compliance_here.det;
   return piece;
 }
 
@@ -300,11 +340,12 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
     return rows;
   }
   // From the left, P and the weights of the state; combined[i] = (P^-1 + J)^-1 at the start of piece i.
-  Symmetric p{};
+  Compliance p;
   std::vector<Symmetric> combined;
   for (std::size_t i = 0; i < boundary; ++i) {
-    combined.push_back(combine(p, pieces[i].stiffness));
-    p = add(congruent(pieces[i].transfer, combined.back()), pieces[i].compliance);
+    const Compliance x = combine(p, pieces[i].stiffness).value;
+    combined.push_back(x.entries);
+    p = carry(pieces[i].transfer, pieces[i].det_transfer, x, {pieces[i].compliance, pieces[i].det_compliance});
   }
   std::vector<Square> from_state(pieces.size());
   std::vector<Square> from_reaction(pieces.size());
@@ -321,7 +362,7 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   std::vector<Square> carried(pieces.size());
   for (std::size_t i = pieces.size(); i-- > boundary;) {
     beyond[i] = j;
-    const Square reaction = complement(j, combine(pieces[i].compliance, j));
+    const Square reaction = complement(j, combine({pieces[i].compliance, pieces[i].det_compliance}, j).value.entries);
     carried[i] = multiply(transposed(pieces[i].transfer), reaction);
     j = add(pieces[i].stiffness, congruent(transposed(pieces[i].transfer), symmetric(multiply(reaction, full(j)))));
   }
@@ -334,7 +375,7 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
     reaction_of_state[i] = negative(multiply(weight, full(beyond[i])));
   }
   // s = m + X (eta - J m), r = (1 - J X)(eta - J m).
-  const Symmetric x = combine(p, j);
+  const Symmetric x = combine(p, j).value.entries;
   const Square reaction = complement(j, x);
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const auto put = [&](std::size_t column, const Square& state, const Square& eta) {
@@ -527,7 +568,11 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Bou
       const double own_moment = joint.starts && joint.kink_scale == 0.0 ? 0.0 : moment[c];
       if (!joint.starts && j > 0) {
         const double spring = s.innovation[c] * joint.release - joint.gain[0] * force[c] - joint.gain[1] * moment[c];
-        deflection = s.target[c] - spring * joint.compliance;
+        // Elsewhere the state on the right gives it without the difference of large forces; on the right of an end
+        // there is none, and a held node is where it is held.
+        if (joint.ends || joint.compliance == 0.0) {
+          deflection = s.target[c] - spring * joint.compliance;
+        }
         force[c] += spring;
       }
       if constexpr (Final) {

@@ -50,6 +50,7 @@ Span::Span(const SpanKey& key) : key_{key}, gains_(inner()), weights_(8 * inner(
     const long double g1 = p[1] * release;
     j = {j[0] + f[0] * f[0] * release, j[1] + f[0] * f[1] * release, j[2] + f[1] * f[1] * release};
     f = {f[0] * release, f[1] * release, f[2] - g1 * f[0], f[3] - g1 * f[1]};
+    transfer_determinant_ *= release;
     c = {g0, g1, p[2] - g1 * p[1]};
     nodes[i] = {.deflect = g0, .turn = g1, .release = release, .transfer = f};
     // 1 - g0 - g1, without rounding 1 - g0 when it is small.

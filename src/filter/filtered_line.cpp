@@ -81,14 +81,13 @@ FilteredLine::ElementTerms FilteredLine::element_terms(const BeamElement& elemen
 FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node) const {
   NodeTerms terms{.diagonal = {wf2_ * beam_->mass(node) + beam_->ground_stiffness(node), 0.0},
                   .present = {!beam_->held(node), true}};
-  if (node == 0 || node == beam_->elements()) {
-    const BeamEnd& end = beam_->end_at(node);
+  if (const BeamEnd* end = beam_->end_at(node); end != nullptr) {
     if (parameters_.formulation == Formulation::mixed) {
-      terms.present[1] = !end.moment_free();
-      terms.diagonal[1] = end.moment_free() ? 0.0 : -1.0 / end.rotational_stiffness;
+      terms.present[1] = !end->moment_free();
+      terms.diagonal[1] = end->moment_free() ? 0.0 : -1.0 / end->rotational_stiffness;
     } else {
-      terms.present[1] = end.rotational_stiffness != BeamEnd::kRigid;
-      terms.diagonal[1] = terms.present[1] ? end.rotational_stiffness : 0.0;
+      terms.present[1] = end->rotational_stiffness != BeamEnd::kRigid;
+      terms.diagonal[1] = terms.present[1] ? end->rotational_stiffness : 0.0;
     }
   }
   return terms;
@@ -385,9 +384,8 @@ void FilteredLine::hermite_moments(std::span<const double> unknowns, std::span<d
   const auto halo = beam.exchange(values(0), values(count - 1));
   for (std::size_t i = 0; i < count; ++i) {
     // At the left end of the element on the right, at the last node at the right end of the one on the left.
-    const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
-    const bool last = node == beam.elements();
-    const BeamElement element = beam.element(last ? node - 1 : node);
+    const bool last = !LineData::present(line_.elements[i + 1]);
+    const BeamElement& element = line_.elements[last ? i : i + 1];
     const double h = element.length;
     const double ratio = shear_ratio(element);
     const double factor = 1.0 / (element.flexural_compliance * h * h * (1.0 + ratio));
@@ -545,8 +543,7 @@ double FilteredLine::strain_energy(std::span<const double> line_displacement, st
     const PetscInt node = beam.begin() + static_cast<PetscInt>(i);
     const double w = line_displacement[i];
     energy += 0.5 * beam.ground_stiffness(node) * w * w;
-    if (node < beam.elements()) {
-      const BeamElement element = beam.element(node);
+    if (const BeamElement& element = line_.elements[i + 1]; LineData::present(element)) {
       const double a = moment[i];
       const double b = i + 1 < count ? moment[i + 1] : next_moment;
       const double rise = (i + 1 < count ? line_displacement[i + 1] : next_line) - w;
@@ -554,8 +551,8 @@ double FilteredLine::strain_energy(std::span<const double> line_displacement, st
                 0.5 * element.shear_compliance / element.length * (b - a) * (b - a) +
                 0.5 * tension / element.length * rise * rise;
     }
-    if ((node == 0 || node == beam.elements()) && !beam.end_at(node).moment_free()) {
-      energy += 0.5 * moment[i] * moment[i] / beam.end_at(node).rotational_stiffness;
+    if (const BeamEnd* end = beam.end_at(node); end != nullptr && !end->moment_free()) {
+      energy += 0.5 * moment[i] * moment[i] / end->rotational_stiffness;
     }
   }
   return energy;

@@ -64,10 +64,11 @@ PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
 }  // namespace
 
 std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
-  constexpr PetscInt kRigidModes = 2;
   // A mode this slow compared with wf is a rigid motion seen through round-off.
   constexpr double kRigid = 1e-12;
   const BeamChain& beam = line.beam();
+  const auto gaps = std::ranges::count_if(beam.parameters().segments, &BeamSegment::is_gap);
+  const PetscInt rigid_modes = 2 * (static_cast<PetscInt>(gaps) + 1);
   FilterOperator context{line};
   petsc::Matrix shell;
   UDAR_CALL(MatCreateShell(beam.comm(), beam.local_nodes(), beam.local_nodes(), beam.nodes(), beam.nodes(), &context,
@@ -79,7 +80,7 @@ std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
   UDAR_CALL(EPSSetOperators(solver, shell, nullptr));
   UDAR_CALL(EPSSetProblemType(solver, EPS_HEP));
   UDAR_CALL(EPSSetWhichEigenpairs(solver, EPS_SMALLEST_REAL));
-  UDAR_CALL(EPSSetDimensions(solver, std::min(count + kRigidModes, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetDimensions(solver, std::min(count + rigid_modes, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
   UDAR_CALL(EPSSetTolerances(solver, 1e-10, PETSC_DEFAULT));
   UDAR_CALL(EPSSetFromOptions(solver));
   const PetscErrorCode code = EPSSolve(solver);
@@ -105,7 +106,9 @@ std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
 double decay_length(const BeamChain& beam, double filter_frequency) {
   double longest = 0.0;
   for (const BeamSegment& segment : beam.parameters().segments) {
-    longest = std::max(longest, 4.0 * segment.bending_stiffness / segment.mass_per_length);
+    if (!segment.is_gap()) {
+      longest = std::max(longest, 4.0 * segment.bending_stiffness / segment.mass_per_length);
+    }
   }
   return std::pow(longest / (filter_frequency * filter_frequency), 0.25);
 }

@@ -22,13 +22,20 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   require(!parameters_.segments.empty(), "a beam needs at least one segment");
   first_element_.push_back(0);
   first_position_.push_back(0.0);
+  bool after_gap = true;
   for (const BeamSegment& segment : parameters_.segments) {
     require(segment.length > 0.0 && std::isfinite(segment.length), "segment length must be > 0 [m]");
     require(segment.elements > 0, "a segment needs at least one element");
-    require(segment.bending_stiffness > 0.0 && std::isfinite(segment.bending_stiffness),
-            "bending stiffness EI must be > 0 [N m^2]");
-    require(segment.mass_per_length > 0.0 && std::isfinite(segment.mass_per_length),
-            "mass per length must be > 0 [kg/m]");
+    if (segment.is_gap()) {
+      require(!after_gap && &segment != &parameters_.segments.back() && segment.elements == 1,
+              "a gap is one element between two segments");
+    } else {
+      require(segment.bending_stiffness > 0.0 && std::isfinite(segment.bending_stiffness),
+              "bending stiffness EI must be > 0 [N m^2]");
+      require(segment.mass_per_length > 0.0 && std::isfinite(segment.mass_per_length),
+              "mass per length must be > 0 [kg/m]");
+    }
+    after_gap = segment.is_gap();
     require(segment.shear_stiffness > 0.0, "shear stiffness kGA must be > 0 [N]");
     require(segment.foundation_stiffness >= 0.0 && std::isfinite(segment.foundation_stiffness),
             "foundation stiffness must be >= 0 [N/m^2]");
@@ -46,6 +53,12 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     total_mass_ += point.mass;
   }
   std::ranges::sort(node_masses_);
+  for (const LineSupport& support : parameters_.line_supports) {
+    require(support.position >= 0.0 && support.position <= length(), "a line support must lie on the beam [m]");
+    require(support.stiffness >= 0.0, "the stiffness of a line support must be >= 0 [N/m]");
+    node_springs_.emplace_back(nearest_node(support.position), support.stiffness);
+  }
+  std::ranges::sort(node_springs_);
 
   int rank = 0;
   int size = 1;
@@ -74,7 +87,7 @@ BeamElement BeamChain::element(PetscInt element) const {
   }
   const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
   return {.length = segment.length / static_cast<double>(segment.elements),
-          .flexural_compliance = 1.0 / segment.bending_stiffness,
+          .flexural_compliance = 1.0 / segment.bending_stiffness,  // infinite in a gap
           .shear_compliance = 1.0 / segment.shear_stiffness};
 }
 
@@ -93,12 +106,17 @@ double BeamChain::mass(PetscInt node) const {
     const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
     return 0.5 * segment.mass_per_length * segment.length / static_cast<double>(segment.elements);
   };
-  double mass = (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0);
-  for (auto point = std::ranges::lower_bound(node_masses_, node, {}, &std::pair<PetscInt, double>::first);
-       point != node_masses_.end() && point->first == node; ++point) {
-    mass += point->second;
+  return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) +
+         sum_at(node_masses_, node);
+}
+
+double BeamChain::sum_at(const NodeValues& values, PetscInt node) {
+  double sum = 0.0;
+  for (auto point = std::ranges::lower_bound(values, node, {}, &NodeValues::value_type::first);
+       point != values.end() && point->first == node; ++point) {
+    sum += point->second;
   }
-  return mass;
+  return sum;
 }
 
 double BeamChain::ground_stiffness(PetscInt node) const {
@@ -106,16 +124,28 @@ double BeamChain::ground_stiffness(PetscInt node) const {
     const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
     return 0.5 * segment.foundation_stiffness * segment.length / static_cast<double>(segment.elements);
   };
-  double stiffness = (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0);
-  if ((node == 0 || node == elements()) && !held(node)) {
-    stiffness += end_at(node).translational_stiffness;
-  }
-  return stiffness;
+  const double springs = sum_at(node_springs_, node);
+  const BeamEnd* end = end_at(node);
+  return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) +
+         (std::isinf(springs) ? 0.0 : springs) + (end != nullptr && !end->held() ? end->translational_stiffness : 0.0);
 }
 
-bool BeamChain::held(PetscInt node) const { return (node == 0 || node == elements()) && end_at(node).held(); }
+bool BeamChain::held(PetscInt node) const {
+  const BeamEnd* end = end_at(node);
+  return (end != nullptr && end->held()) || std::isinf(sum_at(node_springs_, node));
+}
 
-const BeamEnd& BeamChain::end_at(PetscInt node) const { return node == 0 ? parameters_.left : parameters_.right; }
+const BeamEnd* BeamChain::end_at(PetscInt node) const {
+  static constexpr BeamEnd kFree;
+  if (node == 0) {
+    return &parameters_.left;
+  }
+  if (node == elements()) {
+    return &parameters_.right;
+  }
+  const auto gap = [this](PetscInt element) { return parameters_.segments[segment_of_element(element)].is_gap(); };
+  return parameters_.segments.size() > 1 && (gap(node - 1) || gap(node)) ? &kFree : nullptr;
+}
 
 PetscInt BeamChain::nearest_node(double position) const {
   const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, position);

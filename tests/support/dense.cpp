@@ -83,6 +83,9 @@ Dense line_stiffness(const BeamChain& beam) {
   Dense s{n};
   for (std::size_t e = 0; e < last; ++e) {
     const BeamElement element = beam.element(static_cast<PetscInt>(e));
+    if (std::isinf(element.flexural_compliance)) {
+      continue;  // a gap
+    }
     const double h = element.length;
     const double bend = h * element.flexural_compliance / 6.0;
     const double shear = element.shear_compliance / h;
@@ -97,9 +100,12 @@ Dense line_stiffness(const BeamChain& beam) {
     s(a, b) += bend - shear;
     s(b, a) += bend - shear;
   }
-  for (const std::size_t node : {std::size_t{0}, last}) {
-    const BeamEnd& end = beam.end_at(static_cast<PetscInt>(node));
-    if (end.moment_free()) {
+  for (std::size_t node = 0; node < n; ++node) {
+    const BeamEnd* end = beam.end_at(static_cast<PetscInt>(node));
+    if (end == nullptr) {
+      continue;
+    }
+    if (end->moment_free()) {
       for (std::size_t j = 0; j < n; ++j) {
         t(node, j) = 0.0;
         s(node, j) = 0.0;
@@ -107,7 +113,7 @@ Dense line_stiffness(const BeamChain& beam) {
       }
       s(node, node) = 1.0;
     } else {
-      s(node, node) += 1.0 / end.rotational_stiffness;
+      s(node, node) += 1.0 / end->rotational_stiffness;
     }
   }
   Dense c{n};
@@ -126,7 +132,7 @@ Dense line_stiffness(const BeamChain& beam) {
   const double pull = beam.parameters().tension;
   for (std::size_t i = 0; i < n; ++i) {
     c(i, i) += beam.ground_stiffness(static_cast<PetscInt>(i));
-    if (i < last) {
+    if (i < last && pull > 0.0) {
       const double k = pull / beam.element(static_cast<PetscInt>(i)).length;
       c(i, i) += k;
       c(i + 1, i + 1) += k;

@@ -15,14 +15,12 @@ namespace udar::test {
 /// 10 m, solid circle of radius 0.1 m, E = 2.1e11 Pa, 7850 kg/m^3, both ends free.
 inline BeamParameters steel_beam(PetscInt elements) {
   const Section section = circle_section(0.1, 0.3);
-  return {.segments = {{.length = 10.0,
-                        .elements = elements,
-                        .bending_stiffness = 2.1e11 * section.inertia,
-                        .mass_per_length = 7850.0 * section.area}},
-          .left = {},
-          .right = {},
-          .tension = 0.0,
-          .point_masses = {}};
+  BeamParameters beam;
+  beam.segments.push_back({.length = 10.0,
+                           .elements = elements,
+                           .bending_stiffness = 2.1e11 * section.inertia,
+                           .mass_per_length = 7850.0 * section.area});
+  return beam;
 }
 
 constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};

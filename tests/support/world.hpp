@@ -54,13 +54,13 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// Runs `action` on all ranks and returns the message of its FileError, which must be one line and the same on all.
-template <class Action>
+/// Runs `action` on all ranks and returns the message of its failure, which must be one line and the same on all.
+template <class Failure = FileError, class Action>
 std::string failure_of(Action&& action) {
   std::string message;
   try {
     action();
-  } catch (const FileError& error) {
+  } catch (const Failure& error) {
     message = error.what();
   }
   std::array<char, 512> of_rank_0{};

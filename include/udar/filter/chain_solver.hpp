@@ -84,7 +84,9 @@ class ChainSolver {
   /// A rank's piece as its neighbours see it: from the state after its first node to that after the next rank's first.
   struct Piece {
     chain::Square transfer{};
+    long double det_transfer = 0.0;
     chain::Symmetric compliance{};
+    long double det_compliance = 0.0;
     chain::Symmetric stiffness{};
     long double decay = 0.0;  // longest [m]
     long double force = 0.0;  // EI / decay^3 there [N/m]

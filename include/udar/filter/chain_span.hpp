@@ -50,6 +50,8 @@ class Span {
   [[nodiscard]] std::size_t inner() const noexcept { return key_.elements - 1; }
   /// State before the right joint from the state after the left one.
   [[nodiscard]] const Square& transfer() const noexcept { return transfer_; }
+  /// Its determinant, which cannot be computed from the entries when they have decayed.
+  [[nodiscard]] long double transfer_determinant() const noexcept { return transfer_determinant_; }
   /// Compliance seen from the right joint, the left one being held.
   [[nodiscard]] const Symmetric& compliance() const noexcept { return compliance_; }
   /// Stiffness seen from the left joint, the right one being free.
@@ -83,6 +85,7 @@ class Span {
  private:
   SpanKey key_;
   Square transfer_{};
+  long double transfer_determinant_ = 1.0;
   Symmetric compliance_{};
   Symmetric stiffness_{};
   Units units_{};

@@ -13,13 +13,18 @@
 namespace udar {
 
 /// @brief A stretch of beam with constant properties.
+///
+/// One without bending stiffness and mass is a gap, one element long: the beams before and behind it are not connected,
+/// their ends there are free.
 struct BeamSegment {
   double length = 0.0;                                               ///< [m], > 0
   PetscInt elements = 0;                                             ///< > 0
-  double bending_stiffness = 0.0;                                    ///< EI [N m^2], > 0
-  double mass_per_length = 0.0;                                      ///< rhoA [kg/m], > 0
+  double bending_stiffness = 0.0;                                    ///< EI [N m^2], > 0; 0: a gap
+  double mass_per_length = 0.0;                                      ///< rhoA [kg/m], > 0; 0: a gap
   double shear_stiffness = std::numeric_limits<double>::infinity();  ///< kGA [N]; infinite: Euler-Bernoulli
   double foundation_stiffness = 0.0;  ///< per length, both ways, unstressed on the reference axis [N/m^2], >= 0
+
+  [[nodiscard]] bool is_gap() const noexcept { return bending_stiffness == 0.0 && mass_per_length == 0.0; }
 };
 
 /// @brief How an end of the line is held: springs to the reference axis, from 0 (free) to infinity (rigid).
@@ -38,6 +43,12 @@ struct PointMass {
   double mass = 0.0;      ///< [kg], >= 0
 };
 
+/// @brief A spring between the line at the nearest node and the reference axis, both ways.
+struct LineSupport {
+  double position = 0.0;               ///< [m] from the left end
+  double stiffness = BeamEnd::kRigid;  ///< [N/m], >= 0; infinite: the line is held there
+};
+
 /// @brief Everything that describes a beam before it is distributed; the same on every rank.
 struct BeamParameters {
   std::vector<BeamSegment> segments;
@@ -45,6 +56,7 @@ struct BeamParameters {
   BeamEnd right;
   double tension = 0.0;  ///< axial tension [N], >= 0
   std::vector<PointMass> point_masses;
+  std::vector<LineSupport> line_supports;
 };
 
 /// @brief One element of the massless line.
@@ -54,7 +66,8 @@ struct BeamElement {
   double shear_compliance = 0.0;     ///< 1/kGA [1/N]; zero for Euler-Bernoulli
 };
 
-/// @brief A straight beam of `elements()` elements whose nodes are dealt to the ranks in contiguous pieces.
+/// @brief A straight beam of `elements()` elements, or several in a row with gaps between them, whose nodes are dealt
+/// to the ranks in contiguous pieces.
 ///
 /// Properties of any node or element follow from the segments, so that no rank stores or builds more than its own
 /// nodes. Masses are lumped at the nodes, half an element's mass to each of its ends.
@@ -79,7 +92,7 @@ class BeamChain {
   [[nodiscard]] BeamElement element(PetscInt element) const;   ///< infinitely compliant where there is none
   [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
   [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
-  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and end springs [N/m], held ends excluded
+  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and springs [N/m], rigid ones excluded
   [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
   [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
   /// All nodes in [from, to], edges included to 1e-9 of an element; empty if first > last.
@@ -89,7 +102,8 @@ class BeamChain {
   };
   [[nodiscard]] NodeRange nodes_within(double from, double to) const;
 
-  [[nodiscard]] const BeamEnd& end_at(PetscInt node) const;  ///< the end condition of node 0 or the last node
+  /// The end condition of a node where a beam begins or ends, null of others.
+  [[nodiscard]] const BeamEnd* end_at(PetscInt node) const;
 
   /// @brief Values of the nodes just outside this rank's piece, zero beyond the beam's ends.
   template <std::size_t Count>
@@ -116,9 +130,13 @@ class BeamChain {
 
   MPI_Comm comm_;
   BeamParameters parameters_;
-  std::vector<PetscInt> first_element_;                   // of each segment, then the number of elements
-  std::vector<double> first_position_;                    // of each segment, then the length
-  std::vector<std::pair<PetscInt, double>> node_masses_;  // point masses by node, ascending
+  std::vector<PetscInt> first_element_;  // of each segment, then the number of elements
+  std::vector<double> first_position_;   // of each segment, then the length
+  using NodeValues = std::vector<std::pair<PetscInt, double>>;
+  [[nodiscard]] static double sum_at(const NodeValues& values, PetscInt node);
+
+  NodeValues node_masses_;   // point masses by node, ascending
+  NodeValues node_springs_;  // line supports by node, ascending
   PetscInt begin_ = 0;
   PetscInt end_ = 0;
   double total_mass_ = 0.0;
