@@ -157,6 +157,8 @@ BeamEnd read_end(OptionGroup& group, const std::string& side) {
   return end;
 }
 
+}  // namespace
+
 BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   OptionGroup group{
       comm,
@@ -198,12 +200,12 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
       "-beam_gap", gap, "m", petsc::non_negative(),
       "space between segments, one per joint or one for all; > 0: they are different beams with free ends there");
   Numbers line_position;
-  Numbers line_stiffness;
+  Numbers line_stiffness{BeamEnd::kRigid};
   group.reals("-beam_line_support_position", line_position, "m", petsc::non_negative(),
               "where the line itself is held to the axis, both ways: the nearest node");
   const bool line_stiffness_given =
-      group.reals("-beam_line_support_stiffness", line_stiffness, "N/m", petsc::non_negative(),
-                  "springs there, one per position or one for all; default rigid");
+      group.reals("-beam_line_support_stiffness", line_stiffness, "N/m", petsc::non_negative_or_infinite(),
+                  "springs there, one per position or one for all; inf: rigid");
   Numbers point_position;
   Numbers point_mass;
   group.reals("-beam_point_mass_position", point_position, "m", petsc::non_negative(),
@@ -245,13 +247,12 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
                                                               : section_shear,
                              .foundation_stiffness = foundation[i]});
   }
-  if (line_stiffness_given) {
+  if (!line_position.empty() || line_stiffness_given) {
     line_stiffness = petsc::one_per("-beam_line_support_stiffness", line_stiffness, line_position.size(),
                                     "one per -beam_line_support_position");
   }
   for (std::size_t i = 0; i < line_position.size(); ++i) {
-    beam.line_supports.push_back(
-        {.position = line_position[i], .stiffness = line_stiffness_given ? line_stiffness[i] : BeamEnd::kRigid});
+    beam.line_supports.push_back({.position = line_position[i], .stiffness = line_stiffness[i]});
   }
   if (!point_position.empty() || !point_mass.empty()) {
     point_mass =
@@ -263,10 +264,10 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   return beam;
 }
 
-FilterParameters read_filter(MPI_Comm comm) {
+FilterParameters read_filter(MPI_Comm comm, Formulation formulation) {
   OptionGroup group{
       comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
-  FilterParameters filter;
+  FilterParameters filter{.formulation = formulation};
   const bool given = group.real("-filter_frequency", filter.filter_frequency, "rad/s", petsc::positive(),
                                 "filter frequency wf: all frequencies of the model fall below it; required");
   group.integer("-filter_check_interval", filter.check_interval, petsc::non_negative(),
@@ -278,6 +279,8 @@ FilterParameters read_filter(MPI_Comm comm) {
   }
   return filter;
 }
+
+namespace {
 
 void read_initial(MPI_Comm comm, Case& input) {
   OptionGroup group{comm,
@@ -346,11 +349,14 @@ void read_contact(MPI_Comm comm, Case& input) {
   bool floor = false;
   double floor_height = 0.0;
   group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
-  group.reals("-support_width", width, "m", petsc::non_negative(), "width along the beam; 0: the nearest node alone");
+  const bool width_given = group.reals("-support_width", width, "m", petsc::non_negative(),
+                                       "width along the beam; 0: the nearest node alone");
   group.choice<Weighting>("-support_weighting", weighting, kWeightings,
                           "inclusive: every node within the width, edges included, counts with its whole mass");
-  group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
-  group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
+  const bool height_given =
+      group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
+  const bool side_given =
+      group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
   group.boolean("-floor", floor, "a rigid floor under the whole beam");
   group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
   group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
@@ -358,9 +364,13 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");
   const std::size_t count = position.size();
-  if (count > 0) {
+  if (count > 0 || width_given) {
     width = petsc::one_per("-support_width", width, count, "one per -support_position");
+  }
+  if (count > 0 || height_given) {
     height = petsc::one_per("-support_height", height, count, "one per -support_position");
+  }
+  if (count > 0 || side_given) {
     side = petsc::one_per("-support_side", side, count, "one per -support_position");
   }
   if (count + (floor ? 1 : 0) > 0) {
@@ -412,8 +422,7 @@ Case read_case(MPI_Comm comm) {
   Case input;
   Formulation formulation = Formulation::mixed;
   input.beam = read_beam(comm, formulation);
-  input.filter = read_filter(comm);
-  input.filter.formulation = formulation;
+  input.filter = read_filter(comm, formulation);
   read_initial(comm, input);
   read_contact(comm, input);
   read_integration(comm);

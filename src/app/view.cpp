@@ -82,16 +82,19 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
       comm, "beam: length %g m, %lld elements, mass %g kg, ends %s / %s, %s form, %d rank%s\n", beam.length(), elements,
       beam.total_mass(), describe(beam.parameters().left), describe(beam.parameters().right),
       line.parameters().formulation == Formulation::mixed ? "mixed" : "hermite", size, size > 1 ? "s" : ""));
-  for (std::size_t i = 0; i < beam.parameters().segments.size(); ++i) {
-    const BeamSegment& segment = beam.parameters().segments[i];
+  std::size_t number = 0;
+  for (const BeamSegment& segment : beam.parameters().segments) {
     if (segment.is_gap()) {
       UDAR_CALL(PetscPrintf(comm, "  gap: %g m\n", segment.length));
       continue;
     }
     UDAR_CALL(PetscPrintf(
-        comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n", i,
-        segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness, segment.mass_per_length,
-        segment.shear_stiffness, segment.foundation_stiffness));
+        comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n",
+        number++, segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness,
+        segment.mass_per_length, segment.shear_stiffness, segment.foundation_stiffness));
+  }
+  for (const LineSupport& support : beam.parameters().line_supports) {
+    UDAR_CALL(PetscPrintf(comm, "  line support: %g m, %g N/m\n", support.position, support.stiffness));
   }
   UDAR_CALL(PetscPrintf(comm,
                         "start: axis at %g m, slope %g, velocity %g m/s, angular velocity %g rad/s, gravity %g m/s^2\n",

@@ -97,6 +97,8 @@ Symmetric element_compliance(const BeamElement& e) {
 // 32 KiB cache. Shorter than 4, they are no cheaper than joints.
 constexpr std::size_t kLongest = 249;
 constexpr std::size_t kShortest = 4;
+/// Beyond so many nodes on a rank (2 MB a vector) what is given comes from memory.
+constexpr std::size_t kCached = 250000;
 /// Stretches treated between two visits to their joints, whose values are still in the cache then.
 constexpr std::size_t kChunk = 4 * chain::kLanes;
 
@@ -121,10 +123,8 @@ ChainSolver::ChainSolver(const LineData& line, int lanes) : comm_{line.comm}, no
     failure = "the chain solver needs at least two nodes on every rank; use fewer ranks";
   }
   report_.lanes = lanes == 0 ? chain::native_lanes() : lanes;
-  if (report_.lanes > chain::native_lanes() || (report_.lanes != 1 && report_.lanes != 4 && report_.lanes != 8)) {
-    failure = "option -filter_pc_chain_lanes: " + std::to_string(lanes) +
-              " is not for this processor, expected 0 (automatic), 1, 4 or 8, at most " +
-              std::to_string(chain::native_lanes());
+  if (!lanes_supported(report_.lanes)) {
+    failure = "the chain solver cannot use " + std::to_string(lanes) + " lanes on this processor";
   }
   throw_together<InputError>(comm_, failure);
   cut(line);
@@ -145,6 +145,10 @@ ChainSolver::ChainSolver(const LineData& line, int lanes) : comm_{line.comm}, no
   report_.factor_bytes += joints_.size() * sizeof(Joint) + rows_.size() * sizeof(rows_[0]);
   report_.work_bytes =
       (shown_.size() + told_.size()) * sizeof(chain::Ends) + (joint_states_.size() + scratch_.size()) * sizeof(double);
+}
+
+bool ChainSolver::lanes_supported(int lanes) {
+  return (lanes == 1 || lanes == 4 || lanes == 8) && lanes <= chain::native_lanes();
 }
 
 void ChainSolver::cut(const LineData& line) {
@@ -298,7 +302,7 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
       continue;
     }
     const long double decay =
-        std::pow(4.0L * right.length / (right.flexural_compliance * line.filter_stiffness[i]), 0.25L);
+        std::sqrt(std::sqrt(4.0L * right.length / (right.flexural_compliance * line.filter_stiffness[i])));
     if (decay > piece.decay) {
       piece.decay = decay;
       piece.force = 1 / (right.flexural_compliance * decay * decay * decay);
@@ -659,7 +663,8 @@ void ChainSolver::solve_batch(const chain::Column* columns) {
         const chain::Span& span = spans_[run.span];
         const std::size_t node = run.first + (block - run.block) * span.key().elements;
         for (std::size_t c = 0; c < Width; ++c) {
-          chain::condense(span, columns[c], node, blocks, shown_.data() + c * blocks_ + block, report_.lanes);
+          chain::condense(span, columns[c], node, blocks, shown_.data() + c * blocks_ + block, report_.lanes,
+                          nodes_ > kCached);
         }
       },
       [&](std::size_t j) { visit<Width>(j, columns, beyond); });

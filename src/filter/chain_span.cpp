@@ -188,6 +188,9 @@ UDAR_INLINE void transpose(typename Pack<W>::Type* r) {
   }
 }
 
+/// So many numbers ahead is a page, where the processor's own prefetching ends.
+constexpr std::size_t kAhead = 512;
+
 /// Shown by B stretches: weighted sums over their inner nodes. The weights are read once for all B.
 template <std::size_t W, std::size_t B, Mode mode>
 UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size_t first, Ends* shown) {
@@ -208,8 +211,10 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
       V value;
       if constexpr (mode == Mode::system) {
         load<W>(value, column.right_hand_side + 2 * node + i);
+        __builtin_prefetch(column.right_hand_side + 2 * node + i + kAhead);
       } else {
         const double* y = column.displacement + node + i;
+        __builtin_prefetch(y + kAhead);
         V left;
         V own;
         V right;
@@ -222,6 +227,7 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
           if (column.force != nullptr) {
             V force;
             load<W>(force, column.force + node + i);
+            __builtin_prefetch(column.force + node + i + kAhead);
             target += force * units.force_to_target;
           }
           for (std::size_t row = 0; row < 4; ++row) {
@@ -293,12 +299,14 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
           load<W>(given[m][lane], column.right_hand_side + 2 * node);
           load<W>(given[m][W + lane], column.right_hand_side + 2 * node + W);
           __builtin_prefetch(column.right_hand_side + 2 * (node + kWide * pitch));
+          __builtin_prefetch(column.right_hand_side + 2 * (node + kWide * pitch) + W);
         } else {
           load<W>(given[m][lane], column.displacement + node + 1);
           __builtin_prefetch(column.displacement + node + 1 + kWide * pitch);
           if constexpr (kTarget) {
             if (column.force != nullptr) {
               load<W>(given[m][W + lane], column.force + node);
+              __builtin_prefetch(column.force + node + kWide * pitch);
             } else {
               given[m][W + lane] = V{};
             }
@@ -384,6 +392,8 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
         if constexpr (mode == Mode::system) {
           store<W>(column.unknowns + 2 * node, found[m][lane]);
           store<W>(column.unknowns + 2 * node + W, found[m][W + lane]);
+          __builtin_prefetch(column.unknowns + 2 * (node + kWide * pitch), 1);
+          __builtin_prefetch(column.unknowns + 2 * (node + kWide * pitch) + W, 1);
         } else {
           store<W>(column.stretch + node, found[m][lane]);
           if constexpr (kMoment) {
@@ -397,10 +407,10 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
 
 template <std::size_t W, Mode mode>
 UDAR_INLINE void condense_all(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
-                              Ends* shown) {
+                              Ends* shown, bool from_memory) {
   constexpr std::size_t kTogether = 4;
   std::size_t done = 0;
-  for (; done + kTogether <= blocks; done += kTogether) {
+  for (; !from_memory && done + kTogether <= blocks; done += kTogether) {
     condense_some<W, kTogether, mode>(span, column, first + done * span.key().elements, shown + done);
   }
   for (; done < blocks; ++done) {
@@ -423,15 +433,15 @@ UDAR_INLINE void resolve_all(const Span& span, const Column& column, std::size_t
 
 template <std::size_t W>
 UDAR_INLINE void condense_any(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
-                              Ends* shown) {
+                              Ends* shown, bool from_memory) {
   switch (mode_of(span, column)) {
     case Mode::displacement:
-      return condense_all<W, Mode::displacement>(span, column, first, blocks, shown);
+      return condense_all<W, Mode::displacement>(span, column, first, blocks, shown, from_memory);
     case Mode::loaded:
     case Mode::loaded_moment:
-      return condense_all<W, Mode::loaded>(span, column, first, blocks, shown);
+      return condense_all<W, Mode::loaded>(span, column, first, blocks, shown, from_memory);
     case Mode::system:
-      return condense_all<W, Mode::system>(span, column, first, blocks, shown);
+      return condense_all<W, Mode::system>(span, column, first, blocks, shown, from_memory);
   }
 }
 
@@ -451,8 +461,9 @@ UDAR_INLINE void resolve_any(const Span& span, const Column& column, std::size_t
 }
 
 UDAR_TARGET("avx512f,avx512dq,avx512vl,fma")
-void condense_8(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown) {
-  condense_any<8>(span, column, first, blocks, shown);
+void condense_8(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown,
+                bool from_memory) {
+  condense_any<8>(span, column, first, blocks, shown, from_memory);
 }
 UDAR_TARGET("avx512f,avx512dq,avx512vl,fma")
 void resolve_8(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
@@ -460,8 +471,9 @@ void resolve_8(const Span& span, const Column& column, std::size_t first, std::s
   resolve_any<8>(span, column, first, blocks, told, scratch);
 }
 UDAR_TARGET("avx2,fma")
-void condense_4(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown) {
-  condense_any<4>(span, column, first, blocks, shown);
+void condense_4(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown,
+                bool from_memory) {
+  condense_any<4>(span, column, first, blocks, shown, from_memory);
 }
 UDAR_TARGET("avx2,fma")
 void resolve_4(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
@@ -483,11 +495,13 @@ int native_lanes() {
 #endif
 }
 
-void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes) {
+void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes,
+              bool from_memory) {
   if (lanes == 1 || blocks == 1) {
-    return condense_any<1>(span, column, first, blocks, shown);
+    return condense_any<1>(span, column, first, blocks, shown, from_memory);
   }
-  return lanes == 8 ? condense_8(span, column, first, blocks, shown) : condense_4(span, column, first, blocks, shown);
+  return lanes == 8 ? condense_8(span, column, first, blocks, shown, from_memory)
+                    : condense_4(span, column, first, blocks, shown, from_memory);
 }
 
 void resolve(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,

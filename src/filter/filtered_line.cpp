@@ -78,9 +78,9 @@ FilteredLine::ElementTerms FilteredLine::element_terms(const BeamElement& elemen
   return terms;
 }
 
-FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node) const {
-  NodeTerms terms{.diagonal = {wf2_ * beam_->mass(node) + beam_->ground_stiffness(node), 0.0},
-                  .present = {!beam_->held(node), true}};
+/// @param stiffness filter spring and ground [N/m]
+FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node, double stiffness) const {
+  NodeTerms terms{.diagonal = {stiffness, 0.0}, .present = {!beam_->held(node), true}};
   if (const BeamEnd* end = beam_->end_at(node); end != nullptr) {
     if (parameters_.formulation == Formulation::mixed) {
       terms.present[1] = !end->moment_free();
@@ -126,16 +126,24 @@ void FilteredLine::collect_terms() {
   line_.nodes = beam.nodes();
   line_.left_rotation = beam.parameters().left.rotational_stiffness;
   line_.right_rotation = beam.parameters().right.rotational_stiffness;
+  const auto nodes = static_cast<std::size_t>(beam.local_nodes()) + 1;
+  line_.elements.reserve(nodes + 1);
+  line_.filter_stiffness.reserve(nodes);
+  line_.ground_stiffness.reserve(nodes);
+  line_.scale.reserve(2 * nodes);
+  mass_.reserve(nodes);
   for (PetscInt element = beam.begin() - 1; element <= beam.end(); ++element) {
     line_.elements.push_back(beam.element(element));
   }
   for (PetscInt node = beam.begin(); node < std::min(beam.end() + 1, beam.nodes()); ++node) {
-    const NodeTerms terms = node_terms(node);
     const double mass = beam.mass(node);
     line_.filter_stiffness.push_back(wf2_ * mass);
     line_.ground_stiffness.push_back(beam.held(node) ? BeamEnd::kRigid : beam.ground_stiffness(node));
+    const NodeTerms terms = node_terms(node, spring(line_.filter_stiffness.size() - 1));
+    const auto local = static_cast<std::size_t>(node - beam.begin());
+    const std::array<double, 2> factors = scales(terms, line_.elements[local], line_.elements[local + 1]);
     for (std::size_t a = 0; a < 2; ++a) {
-      const double factor = terms.present[a] ? scale(node, a) : 0.0;
+      const double factor = factors[a];
       line_.scale.push_back(factor);
       const auto index = line_.scale.size() - 1;
       if (node == beam.end()) {
@@ -153,16 +161,19 @@ void FilteredLine::collect_terms() {
   }
 }
 
-/// The factor of one unknown, on any rank. Powers of two: scaled entries keep their digits.
-double FilteredLine::scale(PetscInt node, std::size_t a) const {
-  double diagonal = node_terms(node).diagonal[a];
-  if (node > 0) {
-    diagonal += element_matrix(element_terms(beam_->element(node - 1)))[a + 2][a + 2];
+/// The factors of a node's unknowns. Powers of two: scaled entries keep their digits.
+std::array<double, 2> FilteredLine::scales(const NodeTerms& terms, const BeamElement& left,
+                                           const BeamElement& right) const {
+  const auto before = element_matrix(element_terms(left));
+  const auto after = element_matrix(element_terms(right));
+  std::array<double, 2> factors{};
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (terms.present[a]) {
+      const double diagonal = terms.diagonal[a] + before[a + 2][a + 2] + after[a][a];
+      factors[a] = std::exp2(-std::round(0.5 * std::log2(std::abs(diagonal))));
+    }
   }
-  if (node < beam_->elements()) {
-    diagonal += element_matrix(element_terms(beam_->element(node)))[a][a];
-  }
-  return std::exp2(-std::round(0.5 * std::log2(std::abs(diagonal))));
+  return factors;
 }
 
 /// Calls `add(row, column, value)` for every contribution to this rank's rows of the scaled matrix.
@@ -173,7 +184,8 @@ void FilteredLine::each_entry(const Add& add) const {
     if (node >= beam.begin()) {
       return line_.scale[static_cast<std::size_t>(2 * (node - beam.begin())) + a];
     }
-    return node_terms(node).present[a] ? scale(node, a) : 0.0;
+    const double stiffness = wf2_ * beam.mass(node) + beam.ground_stiffness(node);
+    return scales(node_terms(node, stiffness), beam.element(node - 1), beam.element(node))[a];
   };
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     const auto i = static_cast<std::size_t>(node - beam.begin());

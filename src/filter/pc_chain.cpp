@@ -28,6 +28,12 @@ class ChainPreconditioner final : public petsc::Preconditioner {
     const char* prefix = nullptr;
     UDAR_CALL(PCGetOptionsPrefix(pc, &prefix));
     UDAR_CALL(PetscOptionsGetInt(nullptr, prefix, "-pc_chain_lanes", &lanes_, nullptr));
+    if (lanes_ != 0 && !ChainSolver::lanes_supported(static_cast<int>(lanes_))) {
+      throw InputError{std::string{"option -"} + (prefix != nullptr ? prefix : "") +
+                       "pc_chain_lanes: " + std::to_string(lanes_) +
+                       " is not allowed, expected 0 (automatic), 1, 4 or 8, on this processor at most " +
+                       std::to_string(chain::native_lanes()) + " [stretches side by side]"};
+    }
   }
 
   void set_up(Mat amat, Mat pmat) override {

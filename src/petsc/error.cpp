@@ -37,6 +37,9 @@ PetscErrorCode guarded(const std::function<void()>& body) {
   } catch (const std::exception& failure) {
     message = failure.what();
     pending() = std::current_exception();
+  } catch (...) {
+    message = "unknown exception";
+    pending() = std::current_exception();
   }
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", message.c_str());
 }
@@ -45,7 +48,9 @@ Error::Error(PetscErrorCode code, const char* call, std::source_location where)
     : std::runtime_error{describe(code, call, where)}, code_{code} {}
 
 void check(PetscErrorCode code, const char* call, std::source_location where) {
-  if (code != 0) {
+  if (code == 0) {
+    pending() = nullptr;  // of a failure that the program between us and the callback has dealt with
+  } else {
     if (const std::exception_ptr exception = std::exchange(pending(), nullptr); exception != nullptr) {
       static_cast<void>(take_error_message());
       std::rethrow_exception(exception);

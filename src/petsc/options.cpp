@@ -89,7 +89,7 @@ std::string Range::text() const {
     return "from " + number(lowest) + " to " + number(highest);
   }
   if (below) {
-    return (lowest_excluded ? "> " : ">= ") + number(lowest);
+    return (lowest_excluded ? "> " : ">= ") + number(lowest) + (infinity_allowed ? " or inf" : "");
   }
   return above ? "<= " + number(highest) : "finite";
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "udar/petsc/error.hpp"
 
@@ -11,6 +12,15 @@ namespace {
 void require(bool condition, const std::string& message) {
   if (!condition) {
     throw InputError{message};
+  }
+}
+
+void require_on_beam(const char* option, double position, double length) {
+  if (!(position >= 0.0 && position <= length)) {
+    std::ostringstream message;
+    message << "option " << option << ": " << position << " is not allowed, expected a number from 0 to " << length
+            << " [m], on the beam";
+    throw InputError{message.str()};
   }
 }
 
@@ -27,7 +37,8 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     require(segment.length > 0.0 && std::isfinite(segment.length), "segment length must be > 0 [m]");
     require(segment.elements > 0, "a segment needs at least one element");
     if (segment.is_gap()) {
-      require(!after_gap && &segment != &parameters_.segments.back() && segment.elements == 1,
+      require(!after_gap && &segment != &parameters_.segments.back() && segment.elements == 1 &&
+                  segment.foundation_stiffness == 0.0,
               "a gap is one element between two segments");
     } else {
       require(segment.bending_stiffness > 0.0 && std::isfinite(segment.bending_stiffness),
@@ -39,22 +50,25 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     require(segment.shear_stiffness > 0.0, "shear stiffness kGA must be > 0 [N]");
     require(segment.foundation_stiffness >= 0.0 && std::isfinite(segment.foundation_stiffness),
             "foundation stiffness must be >= 0 [N/m^2]");
-    require(segment.elements < std::numeric_limits<PetscInt>::max() / 2 - first_element_.back(),
-            "number of elements exceeds the index range of this PETSc build (32-bit indices; two unknowns per node)");
+    constexpr PetscInt kMost = std::numeric_limits<PetscInt>::max() / 2 - 1;
+    require(segment.elements <= kMost - first_element_.back(),
+            "option -beam_elements: " + std::to_string(segment.elements) + " is not allowed, expected at most " +
+                std::to_string(kMost) + " in all: two unknowns per node, and PETSc was built with indices of " +
+                std::to_string(8 * sizeof(PetscInt)) + " bits");
     first_element_.push_back(first_element_.back() + segment.elements);
     first_position_.push_back(first_position_.back() + segment.length);
     total_mass_ += segment.mass_per_length * segment.length;
   }
   require(parameters_.tension >= 0.0 && std::isfinite(parameters_.tension), "tension must be >= 0 [N]");
   for (const PointMass& point : parameters_.point_masses) {
-    require(point.position >= 0.0 && point.position <= length(), "a point mass must lie on the beam [m]");
+    require_on_beam("-beam_point_mass_position", point.position, length());
     require(point.mass >= 0.0 && std::isfinite(point.mass), "a point mass must be >= 0 [kg]");
     node_masses_.emplace_back(nearest_node(point.position), point.mass);
     total_mass_ += point.mass;
   }
   std::ranges::sort(node_masses_);
   for (const LineSupport& support : parameters_.line_supports) {
-    require(support.position >= 0.0 && support.position <= length(), "a line support must lie on the beam [m]");
+    require_on_beam("-beam_line_support_position", support.position, length());
     require(support.stiffness >= 0.0, "the stiffness of a line support must be >= 0 [N/m]");
     node_springs_.emplace_back(nearest_node(support.position), support.stiffness);
   }

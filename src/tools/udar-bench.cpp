@@ -1,14 +1,22 @@
 /// @file
 /// Measurements of udar's parts; every table in docs/performance.md names the call that printed it.
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "quad_line.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/run.hpp"
 #include "udar/petsc/error.hpp"
@@ -18,116 +26,325 @@
 namespace {
 
 using namespace udar;
-__extension__ using Quad = __float128;
+using Numbers = std::vector<double>;
+using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { accuracy };
-constexpr std::array kKinds{std::pair<const char*, Kind>{"accuracy", Kind::accuracy}};
+enum class Kind { solve, accuracy };
+constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
+                            std::pair<const char*, Kind>{"accuracy", Kind::accuracy}};
 
-/// A way to solve the line: its name in the table, its formulation and its solver options.
+/// A way to solve the line: its name, its formulation and its solver options.
 struct Form {
-  const char* name;
-  Formulation formulation;
-  std::vector<std::pair<const char*, const char*>> options;
-  PetscInt most_elements;  // beyond, a solve takes too long to be worth a line in the table
+  std::string name;
+  Formulation formulation = Formulation::mixed;
+  Options options{};
+  PetscInt most_elements = 1'000'000'000;  // beyond, a solve takes too long to be worth a line in the table
 };
 
-std::vector<Form> forms(bool given) {
-  constexpr PetscInt kAny = 100'000'000;
-  if (given) {
-    return {{"mixed, solver as given", Formulation::mixed, {}, kAny}};
+enum class Rival { none, block_lu, repeated_lu, mumps, superlu_dist };
+constexpr std::array kRivals{std::pair<const char*, Rival>{"none", Rival::none},
+                             std::pair<const char*, Rival>{"block-lu", Rival::block_lu},
+                             std::pair<const char*, Rival>{"repeated-lu", Rival::repeated_lu},
+                             std::pair<const char*, Rival>{"mumps", Rival::mumps},
+                             std::pair<const char*, Rival>{"superlu_dist", Rival::superlu_dist}};
+
+/// PETSc's direct solvers, each with one step of refinement.
+Form rival_form(Rival rival) {
+  const Options lu{{"-filter_pc_type", "lu"}, {"-filter_pc_factor_mat_ordering_type", "natural"}};
+  switch (rival) {
+    case Rival::none:
+      return {};
+    case Rival::block_lu:
+      return {.name = "block-lu", .options = lu};
+    case Rival::repeated_lu:
+      return {.name = "repeated-lu",
+              .options = {{"-filter_pc_type", "redundant"},
+                          {"-filter_redundant_pc_type", "lu"},
+                          {"-filter_redundant_pc_factor_mat_ordering_type", "natural"}}};
+    case Rival::mumps:
+      return {.name = "mumps", .options = {{"-filter_pc_type", "lu"}, {"-filter_pc_factor_mat_solver_type", "mumps"}}};
+    case Rival::superlu_dist:
+      return {.name = "superlu_dist",
+              .options = {{"-filter_pc_type", "lu"},
+                          {"-filter_mat_type", "aij"},
+                          {"-filter_pc_factor_mat_solver_type", "superlu_dist"}}};
   }
-  return {{"hermite, BAIJ LU + refinement", Formulation::hermite, {{"-filter_pc_type", "lu"}}, kAny},
-          {"mixed, AIJ LU (pointwise)",
-           Formulation::mixed,
-           {{"-filter_pc_type", "lu"}, {"-filter_mat_type", "aij"}, {"-filter_ksp_max_it", "1"}},
-           kAny},
-          {"mixed, MUMPS LU",
-           Formulation::mixed,
-           {{"-filter_pc_type", "lu"}, {"-filter_pc_factor_mat_solver_type", "mumps"}, {"-filter_ksp_max_it", "1"}},
-           100'000},
-          {"mixed, BAIJ LU", Formulation::mixed, {{"-filter_pc_type", "lu"}, {"-filter_ksp_max_it", "1"}}, kAny},
-          {"mixed, default (LU + refinement)", Formulation::mixed, {}, kAny}};
+  return {};
 }
 
-/// The smooth motion: half a millimetre of each of three gentle shapes.
-double smooth_displacement(double x, double length) {
-  const double s = x / length;
-  return 5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s);
+/// A line built under solver options that do not outlive the building.
+std::unique_ptr<FilteredLine> build(const BeamChain& beam, FilterParameters filter, const Form& form) {
+  for (const auto& [key, value] : form.options) {
+    UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value.c_str()));
+  }
+  filter.formulation = form.formulation;
+  filter.check_interval = 0;
+  auto line = std::make_unique<FilteredLine>(beam, filter);
+  for (const auto& [key, value] : form.options) {
+    UDAR_CALL(PetscOptionsClearValue(nullptr, key.c_str()));
+  }
+  return line;
 }
 
-/// Spring stretch of a free uniform beam without loads, solved in 113-bit arithmetic: the mixed form of
-/// docs/theory.md, unscaled, by block elimination.
-std::vector<double> quad_stretch(const BeamChain& beam, double wf, const std::vector<double>& displacement) {
-  struct Block {
-    Quad a, b, c, d;
+/// The motion to solve for: half a millimetre of each of three gentle shapes, on an offset and a tilt; at rest where an
+/// end is held.
+Numbers displacement(const BeamChain& beam, PetscInt begin, PetscInt end, double offset) {
+  Numbers values;
+  for (PetscInt node = begin; node < end; ++node) {
+    const double s = beam.position(node) / beam.length();
+    const double window = (beam.held(0) ? s : 1.0) * (beam.held(beam.elements()) ? 1.0 - s : 1.0);
+    values.push_back(
+        beam.held(node) ? 0.0
+                        : window * (offset * (1.0 + 0.3 * s) + 5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s)));
+  }
+  return values;
+}
+
+/// Largest error of the acceleration relative to its largest value.
+double error_of(FilteredLine& line, double offset) {
+  const BeamChain& beam = line.beam();
+  const Numbers exact =
+      tools::quad_line(beam, line.filter_frequency(), displacement(beam, 0, beam.nodes(), offset), {}).stretch;
+  Numbers stretch(static_cast<std::size_t>(beam.local_nodes()));
+  line.solve(displacement(beam, beam.begin(), beam.end(), offset), {}, stretch, {});
+  return tools::relative_error(beam, stretch, exact);
+}
+
+/// One thing to time; the best of its samples, in seconds, of the slowest rank.
+struct Timed {
+  std::function<void()> body;
+  int calls = 1;  // in one sample
+  double best = 1e300;
+};
+
+/// Gives every node of a uniform beam a mass of its own, spread over the given number of decades around its share.
+void spread_masses(BeamParameters& beam, double decades) {
+  std::mt19937 generator{7};
+  std::uniform_real_distribution<double> exponent{-0.5 * decades, 0.5 * decades};
+  const BeamSegment& segment = beam.segments.front();
+  const double h = segment.length / static_cast<double>(segment.elements);
+  for (PetscInt node = 0; node <= segment.elements; ++node) {
+    beam.point_masses.push_back({.position = std::min(h * static_cast<double>(node), segment.length),
+                                 .mass = segment.mass_per_length * h * std::pow(10.0, exponent(generator))});
+  }
+}
+
+/// Takes samples of all in turn, so that they meet the same state of the machine.
+void sample(MPI_Comm comm, const std::vector<Timed*>& all, PetscInt repeats) {
+  constexpr double kShortest = 2e-5;  // of a sample: well above the clock's and the barrier's
+  for (Timed* timed : all) {
+    const double begin = MPI_Wtime();
+    timed->body();
+    double once = MPI_Wtime() - begin;
+    MPI_Allreduce(MPI_IN_PLACE, &once, 1, MPI_DOUBLE, MPI_MAX, comm);
+    timed->calls = static_cast<int>(std::clamp(kShortest / once, 1.0, 1e4));
+  }
+  for (PetscInt repeat = 0; repeat < repeats; ++repeat) {
+    for (Timed* timed : all) {
+      MPI_Barrier(comm);
+      const double begin = MPI_Wtime();
+      for (int call = 0; call < timed->calls; ++call) {
+        timed->body();
+      }
+      double seconds = (MPI_Wtime() - begin) / timed->calls;
+      MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, comm);
+      timed->best = std::min(timed->best, seconds);
+    }
+  }
+}
+
+/// a = b + s c over vectors of the given length on every rank: 24 bytes a number (reading a before it is overwritten is
+/// not counted, as in STREAM).
+struct Triad {
+  Numbers a, b, c;
+  Timed timed;
+
+  explicit Triad(std::size_t length) : a(length), b(length, 1.0), c(length, 2.0) {
+    timed.body = [this] {
+      const double s = a[0];
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        a[i] = b[i] + s * c[i];
+      }
+    };
+  }
+  [[nodiscard]] double bandwidth(MPI_Comm comm) const {
+    double bytes = 24.0 * static_cast<double>(a.size());
+    MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPI_DOUBLE, MPI_SUM, comm);
+    return bytes / timed.best;
+  }
+};
+
+/// The line solve, as the program calls it and through PETSc, against the memory and against PETSc's direct solvers.
+void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParameters& filter, PetscInt repeats,
+           const std::vector<Rival>& rivals) {
+  int ranks = 1;
+  int rank = 0;
+  MPI_Comm_size(comm, &ranks);
+  MPI_Comm_rank(comm, &rank);
+  const BeamChain beam{comm, parameters};
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  const auto nodes = static_cast<double>(beam.nodes());
+  MPI_Barrier(comm);
+  const double begin = MPI_Wtime();
+  const auto line = build(beam, filter, {.name = "chain"});
+  const double set_up = MPI_Wtime() - begin;
+  if (line->chain() == nullptr) {
+    throw InputError{"option -bench_kind: solve measures the chain solver, which does not serve this line (" +
+                     line->block_form_reason() + ")"};
+  }
+
+  const Numbers given = displacement(beam, beam.begin(), beam.end(), 0.0);
+  const Numbers force(count, 1.0);
+  std::array<Numbers, 4> stretch;
+  stretch.fill(Numbers(count));
+  const std::array<Numbers, 4> batch_given{given, given, given, given};
+  std::vector<chain::Column> batch;
+  for (std::size_t c = 0; c < batch_given.size(); ++c) {
+    batch.push_back({.displacement = batch_given[c].data(), .stretch = stretch[c].data()});
+  }
+  petsc::Vector right;
+  petsc::Vector found;
+  UDAR_CALL(MatCreateVecs(line->op(), found.put(), right.put()));
+  UDAR_CALL(VecSet(right, 1.0));
+  PC pc = nullptr;
+  UDAR_CALL(KSPGetPC(line->solver(), &pc));
+
+  Timed one{.body = [&] { line->solve(given, {}, stretch[0], {}); }};
+  Timed loaded{.body = [&] { line->solve(given, force, stretch[0], {}); }};
+  Timed four{.body = [&] { line->solve(batch); }};
+  Timed apply{.body = [&] { UDAR_CALL(PCApply(pc, right, found)); }};
+  Timed ksp{.body = [&] { UDAR_CALL(KSPSolve(line->solver(), right, found)); }};
+  Triad triad{count};
+  sample(comm, {&one, &loaded, &four, &apply, &ksp, &triad.timed}, repeats);
+  const double bandwidth = triad.bandwidth(comm);
+
+  nlohmann::ordered_json result;
+  result["elements"] = beam.elements();
+  result["ranks"] = ranks;
+  result["lanes"] = line->chain()->report().lanes;
+  const auto total = [comm](double local) {
+    MPI_Allreduce(MPI_IN_PLACE, &local, 1, MPI_DOUBLE, MPI_SUM, comm);
+    return local;
   };
-  const auto n = static_cast<std::size_t>(beam.nodes());
-  const BeamElement element = beam.element(0);
-  const Quad h = static_cast<Quad>(beam.length()) / static_cast<Quad>(beam.elements());
-  const Quad bend = h * static_cast<Quad>(element.flexural_compliance) / 6;
-  std::vector<Block> factor(n);  // inverse of the pivot block times the coupling to the next node
-  std::vector<std::array<Quad, 2>> x(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const bool first = i == 0;
-    const bool last = i + 1 == n;
-    const Quad k = static_cast<Quad>(wf) * wf * beam.mass(static_cast<PetscInt>(i));
-    const auto u = [&](std::size_t j) { return static_cast<Quad>(displacement[j]); };
-    // Rows (d_i, mu_i); at a free end mu = 0 and its row and column are left out.
-    const Quad t = first || last ? Quad{0} : -2 / h;
-    Block pivot{k, t, t, first || last ? Quad{-1} : -4 * bend};
-    std::array<Quad, 2> right{0, first || last ? Quad{0} : -((u(i + 1) - u(i)) / h - (u(i) - u(i - 1)) / h)};
-    // Coupling of node i to i + 1: [0, 1/h; 1/h, -bend] where both moments exist.
-    const auto coupling = [&](bool own_end, bool other_end) {
-      return Block{0, other_end ? Quad{0} : 1 / h, own_end ? Quad{0} : 1 / h, own_end || other_end ? Quad{0} : -bend};
-    };
-    if (!first) {
-      const Block lower = coupling(last, i == 1);
-      const Block& f = factor[i - 1];
-      pivot.a -= lower.a * f.a + lower.b * f.c;
-      pivot.b -= lower.a * f.b + lower.b * f.d;
-      pivot.c -= lower.c * f.a + lower.d * f.c;
-      pivot.d -= lower.c * f.b + lower.d * f.d;
-      right[0] -= lower.a * x[i - 1][0] + lower.b * x[i - 1][1];
-      right[1] -= lower.c * x[i - 1][0] + lower.d * x[i - 1][1];
-    }
-    const Quad determinant = pivot.a * pivot.d - pivot.b * pivot.c;
-    const auto divide = [&](Quad top, Quad bottom) {
-      return std::array<Quad, 2>{(pivot.d * top - pivot.b * bottom) / determinant,
-                                 (pivot.a * bottom - pivot.c * top) / determinant};
-    };
-    x[i] = divide(right[0], right[1]);
-    const Block upper = coupling(first, i + 2 == n);
-    const auto left_column = divide(upper.a, upper.c);
-    const auto right_column = divide(upper.b, upper.d);
-    factor[i] = {left_column[0], right_column[0], left_column[1], right_column[1]};
+  const auto per_node = [nodes](double seconds) { return seconds * 1e9 / nodes; };
+  const auto put = [&](const std::string& name, const Timed& timed, const chain::Column& kind) {
+    const double bytes = total(line->chain()->bytes_per_solve(kind));
+    result[name + "nanoseconds_per_node"] = per_node(timed.best);
+    result[name + "bytes_per_node"] = bytes / nodes;
+    result[name + "ratio_to_stream"] = timed.best / (bytes / bandwidth);
+  };
+  put("", one, batch[0]);
+  result["triad_bandwidth"] = bandwidth;
+  result["triad_nanoseconds_per_node"] = per_node(triad.timed.best);
+  const double number = 0.0;
+  put("loaded_", loaded, {.displacement = &number, .force = &number});
+  put("pc_apply_", apply, {.right_hand_side = &number});
+  result["ksp_solve_nanoseconds_per_node"] = per_node(ksp.best);
+  result["batch_of_4_over_single"] = four.best / (4.0 * one.best);
+  result["setup_nanoseconds_per_node"] = per_node(set_up);
+  const ChainSolver::Report& report = line->chain()->report();
+  result["factor_bytes_per_node"] = total(static_cast<double>(report.factor_bytes)) / nodes;
+  result["work_bytes_per_node"] = total(static_cast<double>(report.work_bytes)) / nodes;
+
+  {
+    // Beyond any cache: 64 MB a vector over all ranks.
+    Triad memory{static_cast<std::size_t>(8'000'000 / ranks)};
+    sample(comm, {&one, &memory.timed}, std::min<PetscInt>(repeats, 20));
+    result["memory_triad_bandwidth"] = memory.bandwidth(comm);
   }
-  std::vector<double> stretch(n);
-  for (std::size_t i = n; i-- > 0;) {
-    if (i + 1 < n) {
-      const Block& f = factor[i];
-      x[i][0] -= f.a * x[i + 1][0] + f.b * x[i + 1][1];
-      x[i][1] -= f.c * x[i + 1][0] + f.d * x[i + 1][1];
+  if (ranks > 1) {
+    // The whole line on rank 0 alone, in turn with all ranks.
+    std::optional<BeamChain> alone_beam;
+    std::unique_ptr<FilteredLine> alone_line;
+    Numbers alone_given;
+    Numbers alone_stretch;
+    if (rank == 0) {
+      alone_beam.emplace(PETSC_COMM_SELF, parameters);
+      alone_line = build(*alone_beam, filter, {.name = "chain"});
+      alone_given = displacement(*alone_beam, 0, beam.nodes(), 0.0);
+      alone_stretch.resize(alone_given.size());
     }
-    stretch[i] = static_cast<double>(x[i][0]);
+    Timed alone{.body = [&] {
+      if (alone_line) {
+        alone_line->solve(alone_given, {}, alone_stretch, {});
+      }
+    }};
+    sample(comm, {&one, &alone}, repeats);
+    result["one_rank_over_these"] = alone.best / one.best;
   }
-  return stretch;
+
+  double petsc_best = 0.0;
+  for (const Rival rival : rivals) {
+    if (rival == Rival::none) {
+      continue;
+    }
+    const Form form = rival_form(rival);
+    const double rival_begin = MPI_Wtime();
+    const auto other = build(beam, filter, form);
+    const double rival_set_up = MPI_Wtime() - rival_begin;
+    Timed solve_it{.body = [&] { other->solve(given, {}, stretch[1], {}); }};
+    Timed solve_ksp{.body = [&] { UDAR_CALL(KSPSolve(other->solver(), right, found)); }};
+    nlohmann::ordered_json entry;
+    try {
+      sample(comm, {&one, &solve_it, &ksp, &solve_ksp}, std::min<PetscInt>(repeats, 10));
+      entry = {{"nanoseconds_per_node", per_node(solve_it.best)},
+               {"over_chain", solve_it.best / one.best},
+               {"ksp_solve_over_chain", solve_ksp.best / ksp.best},
+               {"setup_nanoseconds_per_node", per_node(rival_set_up)},
+               {"error", error_of(*other, 0.0)}};
+      constexpr double kAccurate = 1e-11;
+      if (entry["error"] <= kAccurate && (petsc_best == 0.0 || solve_it.best * 1e9 / nodes < petsc_best)) {
+        petsc_best = entry["nanoseconds_per_node"];
+        result["petsc_best"] = petsc_best;
+        result["petsc_best_name"] = form.name;
+        result["petsc_over_chain"] = entry["over_chain"];
+      }
+    } catch (const SolveError& failure) {
+      entry = {{"failed", failure.what()}};
+    }
+    result["petsc"][form.name] = entry;
+  }
+  result["error"] = error_of(*line, 0.0);
+  result["error_offset_and_tilt"] = error_of(*line, 1.0);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  result["peak_memory_bytes"] = total(static_cast<double>(usage.ru_maxrss) * 1024.0);
+  UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));
 }
 
 /// Prints, for each form and N, the largest error of the acceleration relative to its largest value, and the time of a
 /// solve per node (best of the repeats).
-void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::vector<PetscInt>& sizes, PetscInt repeats,
-              bool given) {
+void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& filter,
+              const std::vector<PetscInt>& sizes, PetscInt repeats, bool given) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
+  std::vector<Form> forms;
+  if (given) {
+    forms = {{.name = "solver as given", .formulation = filter.formulation}};
+  } else {
+    forms = {{.name = "hermite, BAIJ LU + refinement",
+              .formulation = Formulation::hermite,
+              .options = {{"-filter_pc_type", "lu"}}},
+             {.name = "mixed, AIJ LU (pointwise)",
+              .options = {{"-filter_pc_type", "lu"}, {"-filter_mat_type", "aij"}, {"-filter_ksp_max_it", "1"}}},
+             {.name = "mixed, MUMPS LU",
+              .options = {{"-filter_pc_type", "lu"},
+                          {"-filter_pc_factor_mat_solver_type", "mumps"},
+                          {"-filter_ksp_max_it", "1"}},
+              .most_elements = 100'000},
+             {.name = "mixed, BAIJ LU", .options = {{"-filter_pc_type", "lu"}, {"-filter_ksp_max_it", "1"}}},
+             {.name = "mixed, BAIJ LU + refinement", .options = {{"-filter_pc_type", "lu"}}},
+             {.name = "chain (default)"}};
+  }
   UDAR_CALL(PetscPrintf(comm, "wf %g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n",
-                        wf, ranks));
+                        filter.filter_frequency, ranks));
   UDAR_CALL(PetscPrintf(comm, "%-34s", "form"));
   for (const PetscInt size : sizes) {
     UDAR_CALL(PetscPrintf(comm, " %18lld", static_cast<long long>(size)));
   }
   UDAR_CALL(PetscPrintf(comm, "\n"));
-  for (const Form& form : forms(given)) {
-    UDAR_CALL(PetscPrintf(comm, "%-34s", form.name));
+  for (const Form& form : forms) {
+    UDAR_CALL(PetscPrintf(comm, "%-34s", form.name.c_str()));
     for (const PetscInt size : sizes) {
       if (size > form.most_elements) {
         UDAR_CALL(PetscPrintf(comm, " %18s", "-"));
@@ -135,69 +352,61 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, double wf, const std::ve
       }
       parameters.segments[0].elements = size;
       const BeamChain beam{comm, parameters};
-      for (const auto& [key, value] : form.options) {
-        UDAR_CALL(PetscOptionsSetValue(nullptr, key, value));
-      }
-      FilteredLine line{beam, {.filter_frequency = wf, .formulation = form.formulation, .check_interval = 0}};
-      for (const auto& [key, value] : form.options) {
-        UDAR_CALL(PetscOptionsClearValue(nullptr, key));
-      }
-      const auto count = static_cast<std::size_t>(beam.local_nodes());
-      std::vector<double> all(static_cast<std::size_t>(beam.nodes()));
-      for (PetscInt node = 0; node < beam.nodes(); ++node) {
-        all[static_cast<std::size_t>(node)] = smooth_displacement(beam.position(node), beam.length());
-      }
-      const auto first = static_cast<std::size_t>(beam.begin());
-      const std::vector<double> displacement(all.begin() + beam.begin(), all.begin() + beam.end());
-      const std::vector<double> force(count, 0.0);
-      std::vector<double> stretch(count);
-      std::vector<double> moment(count);
-      double best = 1e30;
-      for (PetscInt repeat = 0; repeat < repeats; ++repeat) {
-        MPI_Barrier(comm);
-        const double begin = MPI_Wtime();
-        line.solve(displacement, force, stretch, moment);
-        best = std::min(best, MPI_Wtime() - begin);
-      }
-      const std::vector<double> exact = quad_stretch(beam, wf, all);
-      std::array<double, 3> largest{0.0, 0.0, best};
-      for (std::size_t i = 0; i < count; ++i) {
-        const double error = std::abs(stretch[i] - exact[first + i]);
-        largest[0] = error <= largest[0] ? largest[0] : error;  // keeps a NaN
-        largest[1] = std::max(largest[1], std::abs(exact[first + i]));
-      }
-      MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm);
-      UDAR_CALL(PetscPrintf(comm, "    %7.0e /%6.0f", largest[0] / largest[1],
-                            largest[2] * 1e9 / static_cast<double>(beam.nodes())));
+      const auto line = build(beam, filter, form);
+      const Numbers motion = displacement(beam, beam.begin(), beam.end(), 0.0);
+      Numbers stretch(motion.size());
+      Timed timed{.body = [&] { line->solve(motion, {}, stretch, {}); }};
+      sample(comm, {&timed}, repeats);
+      UDAR_CALL(PetscPrintf(comm, "    %7.0e /%6.3g", error_of(*line, 0.0),
+                            timed.best * 1e9 / static_cast<double>(beam.nodes())));
     }
     UDAR_CALL(PetscPrintf(comm, "\n"));
   }
 }
 
 int bench(MPI_Comm comm) {
-  petsc::OptionGroup group{comm, "Benchmark (the beam and the filter by -beam_* and -filter_frequency of udar)"};
-  Kind kind = Kind::accuracy;
+  PetscBool frequency_given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &frequency_given));
+  if (frequency_given == PETSC_FALSE) {
+    UDAR_CALL(PetscOptionsSetValue(nullptr, "-filter_frequency", "50"));
+  }
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  Kind kind = Kind::solve;
   std::vector<PetscInt> sizes{100, 1000, 10000, 100000, 1000000};
-  PetscInt repeats = 20;
+  PetscInt repeats = 50;
   bool given = false;
-  double wf = 50.0;
-  double length = 10.0;
-  double bending = 2.1e11 * 0.25e-4 * std::numbers::pi;
-  double mass = 7850.0 * 1e-2 * std::numbers::pi;
-  group.choice<Kind>("-bench_kind", kind, kKinds, "accuracy: error and time of a line solve by form and size");
-  group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes to measure");
-  group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");
-  group.boolean("-bench_given", given, "measure only the solver that the options name (-filter_ksp_*, -filter_pc_*)");
-  group.real("-filter_frequency", wf, "rad/s", petsc::positive(), "filter frequency wf");
-  group.real("-beam_length", length, "m", petsc::positive(), "length");
-  group.real("-beam_bending_stiffness", bending, "N m^2", petsc::positive(), "EI");
-  group.real("-beam_mass_per_length", mass, "kg/m", petsc::positive(), "rhoA");
+  double decades = 0.0;
+  std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
+  {
+    petsc::OptionGroup group{comm, "Benchmark (of the beam and filter below; -filter_frequency is 50 unless given)"};
+    group.choice<Kind>("-bench_kind", kind, kKinds,
+                       "solve: time of a line solve against memory and PETSc, as JSON, of -beam_elements; accuracy: "
+                       "table of error and time by form and size");
+    group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
+    group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");
+    group.boolean("-bench_given", given, "accuracy of the solver that the options name only (-filter_ksp_*, ...)");
+    group.real("-bench_mass_decades", decades, "-", petsc::non_negative(),
+               "> 0: every node of a beam of one segment gets a point mass, spread over so many decades");
+    group.choices<Rival>("-bench_petsc", rivals, kRivals, "PETSc's solvers that -bench_kind solve compares with");
+  }
+  Formulation formulation = Formulation::mixed;
+  BeamParameters beam = app::read_beam(comm, formulation);
+  const FilterParameters filter = app::read_filter(comm, formulation);
   if (petsc::Session::help_requested()) {
     return 0;
   }
-  BeamParameters beam;
-  beam.segments.push_back({.length = length, .elements = 1, .bending_stiffness = bending, .mass_per_length = mass});
-  accuracy(comm, beam, wf, sizes, repeats, given);
+  if (beam.segments.size() > 1 && (kind == Kind::accuracy || decades > 0.0)) {
+    throw InputError{"option -beam_length: the accuracy table and -bench_mass_decades are for one segment"};
+  }
+  if (kind == Kind::solve) {
+    if (decades > 0.0) {
+      spread_masses(beam, decades);
+    }
+    solve(comm, beam, filter, repeats, rivals);
+  } else {
+    accuracy(comm, beam, filter, sizes, repeats, given);
+  }
   petsc::check_unknown_options(comm);
   return 0;
 }

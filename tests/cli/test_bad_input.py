@@ -35,6 +35,38 @@ REFUSED = {
     "wrong_theory": ({"beam_theory": "newton"}, ["-beam_theory", "newton", "timoshenko"]),
     "wrong_end": ({"beam_left_end": "glued"}, ["-beam_left_end", "glued", "clamped"]),
     "wrong_formulation": ({"beam_formulation": "cubic"}, ["-beam_formulation", "cubic", "mixed"]),
+    "gap_in_one_segment": ({"beam_gap": 0.5}, ["-beam_gap", "-beam_length", "two segments"]),
+    "three_gaps_two_joints": (
+        {"beam_length": "3,4,3", "beam_gap": "1,1,1"},
+        ["-beam_gap", "3 values", "1 or 2", "joint", "-beam_length"],
+    ),
+    "negative_gap": ({"beam_length": "5,5", "beam_gap": -0.5}, ["-beam_gap", "-0.5", ">= 0", "[m]"]),
+    "line_support_off_the_beam": (
+        {"beam_line_support_position": "2,12"},
+        ["-beam_line_support_position", "12", "from 0 to 10", "[m]"],
+    ),
+    "line_support_before_the_beam": (
+        {"beam_line_support_position": "-1,2"},
+        ["-beam_line_support_position", "-1", ">= 0", "[m]"],
+    ),
+    "negative_line_support_stiffness": (
+        {"beam_line_support_position": 2, "beam_line_support_stiffness": -5},
+        ["-beam_line_support_stiffness", "-5", ">= 0", "[N/m]"],
+    ),
+    "three_stiffnesses_two_line_supports": (
+        {"beam_line_support_position": "2,8", "beam_line_support_stiffness": "1,1,1"},
+        ["-beam_line_support_stiffness", "3", "2", "-beam_line_support_position"],
+    ),
+    "stiffness_without_line_support": (
+        {"beam_line_support_stiffness": 1e5},
+        ["-beam_line_support_stiffness", "-beam_line_support_position"],
+    ),
+    "point_mass_off_the_beam": (
+        {"beam_point_mass": 5, "beam_point_mass_position": 11},
+        ["-beam_point_mass_position", "11", "from 0 to 10", "[m]"],
+    ),
+    "three_lanes": ({"filter_pc_chain_lanes": 3}, ["-filter_pc_chain_lanes", "3", "1, 4 or 8"]),
+    "chain_with_tension": ({"filter_pc_type": "chain", "beam_tension": 1e5}, ["-filter_pc_type", "chain", "tension"]),
     "zero_filter_frequency": ({"filter_frequency": 0}, ["-filter_frequency", "0", "> 0", "[rad/s]"]),
     "missing_filter_frequency": ({"filter_frequency": None}, ["-filter_frequency", "[rad/s]"]),
     "filter_frequency_is_a_word": ({"filter_frequency": "abc"}, ["-filter_frequency", "abc", "[rad/s]"]),
@@ -195,11 +227,15 @@ class BadInput(UdarTest):
                 self.refuse(case(output_directory=path), ["-output_directory", path], ranks)
         self.assertEqual((self.folder / "table.csv").read_text(), FILES["table.csv"])
 
-    def test_more_ranks_than_elements(self):
-        for elements in (1, 2):
-            changes = {"beam_elements": elements, "support_position": "0", "gauge_position": "0,10"}
-            self.refuse(case(output_directory="ranks", **changes), ["ranks", "4", "-beam_elements", str(elements)], 4)
+    def test_every_rank_needs_two_nodes(self):
+        changes = {"support_position": "0", "gauge_position": "0,10", "output_directory": "ranks"}
+        for elements, ranks in ((1, 4), (2, 4), (4, 3)):
+            wanted = ["-beam_elements", f"{elements} elements", f"{ranks} ranks", "two nodes"]
+            self.refuse(case(beam_elements=elements, **changes), wanted, ranks)
+        wanted = ["-beam_elements", "3 elements", "3 ranks", "two nodes"]
+        self.refuse(case(beam_elements=1, beam_length="5,5", beam_gap=1, **changes), wanted, 3)
         self.assertFalse((self.folder / "ranks" / "gauges.csv").exists())
+        self.run_case(case(beam_elements=4, ts_max_time=0.02), 2, name="enough")
 
     def mount(self, options):
         """A tmpfs of its own for one test; skips the test where this is not permitted."""

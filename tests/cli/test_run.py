@@ -17,6 +17,7 @@ from common import ROOT, STOPPED_BY_STEPS, STEEL_MASS, UdarTest, case, command, 
 
 EXAMPLE = ROOT / "examples" / "01-falling-beam" / "case.yaml"
 GRAVITY = 9.81
+LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
 
 SUMMARY_KEYS = """
     elements ranks steps rejected_steps rhs_evaluations line_solves impacts rests releases first_contact_time
@@ -263,6 +264,37 @@ class Balance(UdarTest):
         last_hop = np.sqrt(8 * 1e-9 / GRAVITY)
         np.testing.assert_allclose(rests["time"], fall * (1 + e) / (1 - e), rtol=0, atol=2 * last_hop)
         np.testing.assert_allclose(result.csv("gauges.csv")["mass_0"][-1], 0, atol=1e-12)
+
+
+class LineSupports(UdarTest):
+    """A beam that hangs between supports of its line and swings about its sag."""
+
+    def hang(self, name, ranks, **changes):
+        options = {"support_position": None, "initial_height": 0, "gauge_position": "2,5,8", "filter_frequency": 50}
+        options |= {"beam_line_support_position": "2,8", "ts_max_time": 1, "ts_rtol": 1e-10, **changes}
+        result = self.run_case(case(**options), ranks, name=name)
+        self.assertEqual(result.summary()["impacts"], 0, result)
+        self.assertLess(abs(result.summary()["energy_drift"]), 1e-7, result)
+        gauges = result.csv("gauges.csv")
+        self.assertLess(gauges["line_1"].min(), -1e-3, f"the middle sags{result}")
+        self.assertLess(gauges["mass_1"].max(), 1e-3, f"and swings back to the axis{result}")
+        return gauges
+
+    def test_rigid(self):
+        for ranks in LAUNCHES:
+            with self.subTest(ranks=ranks):
+                gauges = self.hang(f"rigid{ranks}", ranks)
+                for column in ("line_0", "mass_0", "velocity_0", "line_2", "mass_2", "velocity_2"):
+                    np.testing.assert_array_equal(gauges[column], 0, err_msg=column)
+
+    def test_elastic(self):
+        """Springs give way; very stiff ones are almost rigid."""
+        rigid = self.hang("rigid", 0)
+        soft = self.hang("soft", 0, beam_line_support_stiffness=1e6)
+        stiff = self.hang("stiff", 0, beam_line_support_stiffness="1e13,1e13")
+        self.assertLess(soft["line_0"].min(), -1e-3)
+        np.testing.assert_allclose(stiff["line_1"], rigid["line_1"], rtol=0, atol=1e-7)
+        self.assertLess(np.abs(stiff["line_0"]).max(), 1e-7)
 
 
 class Printing(UdarTest):

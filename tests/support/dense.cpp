@@ -132,7 +132,7 @@ Dense line_stiffness(const BeamChain& beam) {
   const double pull = beam.parameters().tension;
   for (std::size_t i = 0; i < n; ++i) {
     c(i, i) += beam.ground_stiffness(static_cast<PetscInt>(i));
-    if (i < last && pull > 0.0) {
+    if (i < last && pull > 0.0 && std::isfinite(beam.element(static_cast<PetscInt>(i)).flexural_compliance)) {
       const double k = pull / beam.element(static_cast<PetscInt>(i)).length;
       c(i, i) += k;
       c(i + 1, i + 1) += k;

@@ -3,8 +3,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "support/steel_beam.hpp"
+#include "support/world.hpp"
 
 namespace udar {
 namespace {
@@ -84,6 +86,121 @@ TEST(BeamChain, RefusesWhatIsNoBeam) {
   beam = test::steel_beam(4);
   beam.segments[0].elements = std::numeric_limits<PetscInt>::max() / 2 + 1;
   EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+}
+
+/// 4 elements of steel, a gap of 0.5 m, 8 elements of something light on a foundation.
+BeamParameters two_beams() {
+  BeamParameters beam = two_segments();
+  beam.segments.insert(beam.segments.begin() + 1, {.length = 0.5, .elements = 1});
+  beam.point_masses.clear();
+  return beam;
+}
+
+TEST(BeamChain, OfTwoBeamsHasAGapWithoutMassOrStrength) {
+  const BeamChain beam{PETSC_COMM_WORLD, two_beams()};
+  const double first = 7850.0 * std::numbers::pi * 0.01;  // kg/m
+  EXPECT_EQ(beam.elements(), 13);
+  EXPECT_DOUBLE_EQ(beam.length(), 12.5);
+  EXPECT_DOUBLE_EQ(beam.element(4).length, 0.5);
+  EXPECT_TRUE(std::isinf(beam.element(4).flexural_compliance));
+  EXPECT_TRUE(std::isfinite(beam.element(3).flexural_compliance));
+  EXPECT_DOUBLE_EQ(beam.element(5).flexural_compliance, 1e-6);
+  EXPECT_DOUBLE_EQ(beam.position(4), 10.0);
+  EXPECT_DOUBLE_EQ(beam.position(5), 10.5);
+  EXPECT_DOUBLE_EQ(beam.position(6), 10.75);
+  EXPECT_DOUBLE_EQ(beam.mass(4), 0.5 * 2.5 * first);
+  EXPECT_DOUBLE_EQ(beam.mass(5), 0.5 * 0.25 * 50.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(4), 0.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(5), 0.5 * 0.25 * 300.0);
+  EXPECT_NEAR(beam.total_mass(), 10.0 * first + 100.0, 1e-9);
+  EXPECT_EQ(beam.nearest_node(10.25), 4);
+  EXPECT_EQ(beam.nearest_node(10.26), 5);
+  const auto range = beam.nodes_within(10.0, 10.5);
+  EXPECT_EQ(range.first, 4);
+  EXPECT_EQ(range.last, 5);
+  EXPECT_GT(beam.nodes_within(10.1, 10.4).first, beam.nodes_within(10.1, 10.4).last);
+}
+
+TEST(BeamChain, OfTwoBeamsHasFreeEndsAtTheGap) {
+  BeamParameters parameters = two_beams();
+  parameters.left = test::kClamped;
+  parameters.right = test::kPinned;
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  for (PetscInt node = 0; node < beam.nodes(); ++node) {
+    const bool is_end = node == 0 || node == 4 || node == 5 || node == 13;
+    ASSERT_EQ(beam.end_at(node) != nullptr, is_end) << "node " << node;
+    EXPECT_EQ(beam.held(node), node == 0 || node == 13) << "node " << node;
+  }
+  EXPECT_FALSE(beam.end_at(0)->moment_free());
+  EXPECT_TRUE(beam.end_at(13)->moment_free());
+  for (const PetscInt node : {4, 5}) {
+    EXPECT_TRUE(beam.end_at(node)->moment_free());
+    EXPECT_EQ(beam.end_at(node)->translational_stiffness, 0.0);
+  }
+}
+
+TEST(BeamChain, RefusesAGapThatIsNotBetweenTwoBeams) {
+  constexpr BeamSegment kGap{.length = 0.5, .elements = 1};
+  const auto refuse = [](const BeamParameters& beam) {
+    const std::string message =
+        test::failure_of<InputError>([&] { static_cast<void>(BeamChain{PETSC_COMM_WORLD, beam}); });
+    EXPECT_NE(message.find("a gap is one element between two segments"), std::string::npos) << message;
+  };
+  BeamParameters beam = two_segments();
+  beam.segments.insert(beam.segments.begin(), kGap);
+  refuse(beam);
+  beam = two_segments();
+  beam.segments.push_back(kGap);
+  refuse(beam);
+  beam = two_beams();
+  beam.segments.insert(beam.segments.begin() + 1, kGap);
+  refuse(beam);
+  beam = two_beams();
+  beam.segments[1].elements = 2;
+  refuse(beam);
+  beam = two_beams();
+  beam.segments = {kGap};
+  refuse(beam);
+  // Only half a gap: a beam without stiffness, or without mass.
+  beam = two_beams();
+  beam.segments[1].mass_per_length = 1.0;
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  beam = two_beams();
+  beam.segments[1].bending_stiffness = 1.0;
+  EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+}
+
+TEST(BeamChain, AddsLineSupportsAtTheNearestNode) {
+  BeamParameters parameters = two_segments();
+  parameters.line_supports = {{.position = 10.6, .stiffness = 40.0},
+                              {.position = 2.4},
+                              {.position = 10.55, .stiffness = 2.0},
+                              {.position = 12.0, .stiffness = 0.0}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  for (PetscInt node = 0; node < beam.nodes(); ++node) {
+    EXPECT_EQ(beam.held(node), node == 1) << "node " << node;
+    EXPECT_EQ(beam.end_at(node) != nullptr, node == 0 || node == 12) << "the line passes over a support";
+  }
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(1), 0.0);  // a rigid support is no stiffness
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(5), 0.25 * 300.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(6), 0.25 * 300.0 + 42.0);
+  EXPECT_DOUBLE_EQ(beam.ground_stiffness(12), 0.5 * 0.25 * 300.0);
+}
+
+TEST(BeamChain, RefusesLineSupportsOffTheBeamOrPushing) {
+  for (const double position : {-0.1, 10.1, std::nan("")}) {
+    BeamParameters beam = test::steel_beam(4);
+    beam.line_supports = {{.position = 5.0}, {.position = position}};
+    const std::string message =
+        test::failure_of<InputError>([&] { static_cast<void>(BeamChain{PETSC_COMM_WORLD, beam}); });
+    EXPECT_NE(message.find("-beam_line_support_position"), std::string::npos) << message;
+    EXPECT_NE(message.find("from 0 to 10 [m]"), std::string::npos) << message;
+  }
+  for (const double stiffness : {-1.0, std::nan("")}) {
+    BeamParameters beam = test::steel_beam(4);
+    beam.line_supports = {{.position = 5.0, .stiffness = stiffness}};
+    EXPECT_THROW((BeamChain{PETSC_COMM_WORLD, beam}), InputError);
+  }
 }
 
 TEST(Loads, FollowTheirTablesAndHoldTheEnds) {

@@ -96,6 +96,42 @@ TEST(FilterSpectrumOfUnevenBeam, HasTheModesOfTheLumpedBeamAtFilteredFrequencies
   expect_filtered_modes(beam, 120.0, Formulation::hermite, kSpectrumTolerance);
 }
 
+TEST(FilterSpectrumOnLineSupports, HasTheModesOfTheLumpedBeamAtFilteredFrequencies) {
+  BeamParameters beam = test::steel_beam(20);
+  beam.line_supports = {{.position = 2.0}, {.position = 5.2, .stiffness = 3e5}, {.position = 9.0}};
+  expect_filtered_modes(beam, 50.0, Formulation::mixed, kSpectrumTolerance);
+  expect_filtered_modes(beam, 400.0, Formulation::mixed, kSpectrumTolerance);
+  expect_filtered_modes(beam, 100.0, Formulation::hermite, kSpectrumTolerance);
+}
+
+/// The steel beam, a gap, and a tube half as long: no two of their frequencies are alike.
+BeamParameters two_beams(PetscInt elements_of_first) {
+  const Section tube = tube_section(0.1, 0.08, 0.3);
+  BeamParameters beam = test::steel_beam(elements_of_first);
+  beam.segments.push_back({.length = 0.5, .elements = 1});
+  beam.segments.push_back({.length = 5.0,
+                           .elements = 21 - elements_of_first,
+                           .bending_stiffness = 2.1e11 * tube.inertia,
+                           .mass_per_length = 7850.0 * tube.area});
+  return beam;
+}
+
+TEST(FilterSpectrumOfTwoBeams, HasTheModesOfBothAtFilteredFrequencies) {
+  for (const PetscInt elements_of_first : {13, 12, 11}) {  // on two ranks, 11 put the gap between them
+    BeamParameters beam = two_beams(elements_of_first);
+    for (const bool held : {false, true}) {
+      if (held) {
+        beam.left = test::kClamped;
+        beam.right = {.translational_stiffness = 1e5, .rotational_stiffness = 1e5};
+        beam.line_supports = {{.position = 12.0}};
+      }
+      expect_filtered_modes(beam, 50.0, Formulation::mixed, kSpectrumTolerance);
+      expect_filtered_modes(beam, 400.0, Formulation::mixed, kSpectrumTolerance);
+      expect_filtered_modes(beam, 100.0, Formulation::hermite, kSpectrumTolerance);
+    }
+  }
+}
+
 TEST(LowestModes, AreTheLowestBendingFrequenciesOfTheLumpedBeam) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
   FilteredLine line{beam, {.filter_frequency = 50.0}};
@@ -107,6 +143,35 @@ TEST(LowestModes, AreTheLowestBendingFrequenciesOfTheLumpedBeam) {
     // The eigensolver works to 1e-10 on w^2 / (wf^2 + w^2), which loses (w / wf)^2 of it, here up to 1e2.
     EXPECT_NEAR(modes[i].frequency / w, 1.0, 1e-7);
     EXPECT_NEAR(modes[i].filtered / (50.0 * w / std::hypot(50.0, w)), 1.0, 1e-7);
+  }
+}
+
+TEST(LowestModes, OfTwoBeamsComeAfterFourRigidOnes) {
+  const BeamChain beam{PETSC_COMM_WORLD, two_beams(12)};
+  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  const test::Eigen exact = test::lumped_modes(beam);
+  EXPECT_LT(std::abs(exact.values[3]), 1e-4);
+  EXPECT_GT(exact.values[4], 1e2);
+  const std::vector<Mode> modes = lowest_modes(line, 5);
+  ASSERT_EQ(modes.size(), 5U);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const double w = std::sqrt(exact.values[i + 4]);
+    EXPECT_NEAR(modes[i].frequency / w, 1.0, 1e-7);
+    EXPECT_NEAR(modes[i].filtered / (50.0 * w / std::hypot(50.0, w)), 1.0, 1e-7);
+  }
+}
+
+TEST(LowestModes, OfTwoEqualBeamsComeInPairs) {
+  BeamParameters parameters = test::steel_beam(40);
+  parameters.segments.push_back({.length = 0.5, .elements = 1});
+  parameters.segments.push_back(parameters.segments[0]);
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  const test::Eigen exact = test::lumped_modes(beam);
+  const std::vector<Mode> modes = lowest_modes(line, 4);
+  ASSERT_EQ(modes.size(), 4U);
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    EXPECT_NEAR(modes[i].frequency / std::sqrt(exact.values[i + 4]), 1.0, 1e-7);
   }
 }
 

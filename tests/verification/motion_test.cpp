@@ -215,6 +215,38 @@ TEST(ElasticImpact, KeepsTheEnergyOverTwentyImpacts) {
   }
 }
 
+/// Two equal beams in a row; only the first meets supports, and the second must not know.
+TEST(TwoBeams, FallEachOnTheirOwn) {
+  const test::Option end{"-ts_max_time", "0.8"};
+  const test::Option tolerance{"-ts_rtol", "1e-10"};
+  BeamParameters parameters = test::steel_beam(20);
+  parameters.segments.push_back({.length = 0.5, .elements = 1});
+  parameters.segments.push_back(parameters.segments[0]);
+  const double wf = 100.0;
+  const InitialState initial{.height = 1.0};
+  const std::vector<Support> supports{{.position = 2.0}, {.position = 8.0}};
+  test::Fall fall{parameters, wf, kGravity, initial, supports};
+  test::Recorder record{0.05};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  EXPECT_GE(fall.dynamics.counts().impacts, 10);
+  for (const ImpactRecord& hit : record.impacts) {
+    EXPECT_TRUE(hit.node == 4 || hit.node == 16) << "node " << hit.node;
+  }
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    const double t = record.times[k];
+    for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
+      if (fall.beam.begin() + static_cast<PetscInt>(i) >= 21) {
+        EXPECT_NEAR(record.positions[k][i], 1.0 - 0.5 * kGravity * t * t, 1e-12) << "t = " << t;
+        EXPECT_NEAR(record.velocities[k][i], -kGravity * t, 1e-11) << "t = " << t;
+        EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - kGravity / (wf * wf), 1e-12) << "t = " << t;
+      }
+    }
+    EXPECT_LT(std::abs(record.energies[k].drift()), 1e-9);
+    EXPECT_EQ(record.energies[k].lost_in_impacts, 0.0);
+  }
+}
+
 TEST(InelasticImpact, BalancesItsEnergy) {
   const test::Option end{"-ts_max_time", "1.5"};
   const test::Option tolerance{"-ts_rtol", "1e-10"};

@@ -43,6 +43,11 @@ struct Case {
   bool view = false;
 };
 
+/// @brief Reads -beam_* and -filter_*: what a line solve needs, for programs that do less than `udar`.
+/// @note Collective. @throws InputError, FileError naming option, value, range and unit
+[[nodiscard]] BeamParameters read_beam(MPI_Comm comm, Formulation& formulation);
+[[nodiscard]] FilterParameters read_filter(MPI_Comm comm, Formulation formulation);
+
 /// @brief Reads every option of udar; prints their manual under `-help`.
 /// @note Collective. @throws InputError, FileError naming option, value, range and unit
 [[nodiscard]] Case read_case(MPI_Comm comm);

@@ -48,6 +48,8 @@ class ChainSolver {
   /// @note Collective: per four columns one message to the left neighbour and what `Report::coupling` says.
   void solve(std::span<const chain::Column> columns);
 
+  /// Whether this processor can run 8, 4 or 1 lanes.
+  [[nodiscard]] static bool lanes_supported(int lanes);
   [[nodiscard]] const Report& report() const noexcept { return report_; }
   /// Bytes that one solve of one column must move to and from memory on this rank, vectors read twice counted twice.
   [[nodiscard]] double bytes_per_solve(const chain::Column& kind) const;

@@ -108,7 +108,9 @@ inline constexpr std::size_t kLanes = 8;
 
 /// @brief What `blocks` equal stretches, one after the other from local node `first` on, show their joints.
 /// @param blocks 1, or a multiple of `kLanes`
-void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes);
+/// @param from_memory whether the column is too long for the caches: then it is read in one stream, else in four
+void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes,
+              bool from_memory);
 
 /// @brief Solves inside `blocks` equal stretches whose ends are known.
 /// @param scratch at least 4 * kLanes * inner() numbers

@@ -108,8 +108,9 @@ class FilteredLine {
 
   [[nodiscard]] ElementTerms element_terms(const BeamElement& element) const;
   [[nodiscard]] std::array<std::array<double, 4>, 4> element_matrix(const ElementTerms& e) const;
-  [[nodiscard]] NodeTerms node_terms(PetscInt node) const;
-  [[nodiscard]] double scale(PetscInt node, std::size_t a) const;
+  [[nodiscard]] NodeTerms node_terms(PetscInt node, double stiffness) const;
+  [[nodiscard]] std::array<double, 2> scales(const NodeTerms& terms, const BeamElement& left,
+                                             const BeamElement& right) const;
   [[nodiscard]] double spring(std::size_t i) const;
   void collect_terms();
   template <class Add>

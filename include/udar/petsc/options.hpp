@@ -29,6 +29,7 @@ struct Range {
 [[nodiscard]] constexpr Range any() { return {}; }
 [[nodiscard]] constexpr Range positive() { return {.lowest = 0.0, .lowest_excluded = true}; }
 [[nodiscard]] constexpr Range non_negative() { return {.lowest = 0.0}; }
+[[nodiscard]] constexpr Range non_negative_or_infinite() { return {.lowest = 0.0, .infinity_allowed = true}; }
 [[nodiscard]] constexpr Range at_least(double lowest) { return {.lowest = lowest}; }
 [[nodiscard]] constexpr Range between(double lowest, double highest) { return {.lowest = lowest, .highest = highest}; }
 
@@ -105,6 +106,9 @@ template <class T>
                                      const char* what) {
   if (values.size() == count) {
     return values;
+  }
+  if (count == 0) {
+    throw InputError{std::string{"option "} + key + " has nothing to apply to: " + what};
   }
   if (values.size() == 1) {
     return std::vector<T>(count, values.front());

@@ -1,0 +1,37 @@
+/* A PETSc program that knows nothing of udar: heat conduction along a rod, solved as the options say. */
+#include <petscksp.h>
+
+int main(int argc, char** argv) {
+  const PetscInt size = 10;
+  PetscInt begin = 0;
+  PetscInt end = 0;
+  Mat matrix = NULL;
+  Vec right = NULL;
+  Vec solution = NULL;
+  KSP solver = NULL;
+
+  PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
+  PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, size, size, 3, NULL, 2, NULL, &matrix));
+  PetscCall(PetscObjectSetName((PetscObject)matrix, "heat"));
+  PetscCall(MatGetOwnershipRange(matrix, &begin, &end));
+  for (PetscInt row = begin; row < end; ++row) {
+    const PetscInt columns[3] = {row - 1, row, row + 1 < size ? row + 1 : -1}; /* -1: left out */
+    const PetscScalar values[3] = {-1.0, 2.0, -1.0};
+    PetscCall(MatSetValues(matrix, 1, &row, 3, columns, values, INSERT_VALUES));
+  }
+  PetscCall(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatCreateVecs(matrix, &solution, &right));
+  PetscCall(VecSet(right, 1.0));
+  PetscCall(KSPCreate(PETSC_COMM_WORLD, &solver));
+  PetscCall(KSPSetOperators(solver, matrix, matrix));
+  PetscCall(KSPSetFromOptions(solver));
+  PetscCall(KSPSolve(solver, right, solution));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solved\n"));
+  PetscCall(KSPDestroy(&solver));
+  PetscCall(VecDestroy(&solution));
+  PetscCall(VecDestroy(&right));
+  PetscCall(MatDestroy(&matrix));
+  PetscCall(PetscFinalize());
+  return 0;
+}
