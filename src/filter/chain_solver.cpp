@@ -72,7 +72,7 @@ Square complement(const Symmetric& j, const Symmetric& x) {
 
 template <std::size_t Count>
 std::array<double, Count> rounded(const std::array<long double, Count>& values) {
-  std::array<double, Count> result;
+  std::array<double, Count> result{};
   std::ranges::transform(values, result.begin(), [](long double value) { return static_cast<double>(value); });
   return result;
 }
@@ -93,9 +93,10 @@ Symmetric element_compliance(const BeamElement& e) {
           h * e.flexural_compliance};
 }
 
-// Stretches of at most 249 elements: eight of them, their gains and what is kept between the two sweeps stay in a
-// 32 KiB cache. Shorter than 4, they are no cheaper than joints.
-constexpr std::size_t kLongest = 249;
+// Stretches of at most 377 elements: sixteen of them, their gains and what is kept between the two sweeps stay in a
+// second-level cache, and joints cost little. Not near multiples of 4 KiB. Shorter than 4, they are no cheaper than
+// joints.
+constexpr std::size_t kLongest = 377;
 constexpr std::size_t kShortest = 4;
 /// Beyond so many nodes on a rank (2 MB a vector) what is given comes from memory.
 constexpr std::size_t kCached = 250000;
@@ -184,10 +185,10 @@ void ChainSolver::cut(const LineData& line) {
 }
 
 std::size_t ChainSolver::span_index(const chain::SpanKey& key) {
-  // Neighbouring stretches are alike far more often than distant ones.
-  const auto found = std::find_if(spans_.rbegin(), spans_.rend(), [&](const auto& span) { return span.key() == key; });
-  if (found != spans_.rend()) {
-    return static_cast<std::size_t>(spans_.rend() - found) - 1;
+  for (std::size_t i = spans_.size(); i-- > 0;) {  // neighbours are alike far more often than distant stretches
+    if (spans_[i].key() == key) {
+      return i;
+    }
   }
   spans_.emplace_back(key);
   return spans_.size() - 1;
@@ -534,7 +535,7 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Bou
       }
     }
   }
-  std::array<Boundary, Width> result;
+  std::array<Boundary, Width> result{};
   std::array<double, Width> force{};
   std::array<double, Width> moment{};
   for (std::size_t c = 0; c < Width; ++c) {
@@ -697,7 +698,11 @@ void ChainSolver::solve(std::span<const chain::Column> columns) {
   for (; done + kBatch <= columns.size(); done += kBatch) {
     solve_batch<kBatch>(columns.data() + done);
   }
-  for (; done < columns.size(); ++done) {
+  if (done + 2 <= columns.size()) {
+    solve_batch<2>(columns.data() + done);
+    done += 2;
+  }
+  if (done < columns.size()) {
     solve_batch<1>(columns.data() + done);
   }
 }

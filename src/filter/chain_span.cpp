@@ -154,6 +154,9 @@ UDAR_INLINE void set(typename Pack<W>::Type& pack, std::size_t lane, double valu
   reinterpret_cast<double*>(&pack)[lane] = value;
 }
 
+// Every pack below is written before it is read; zeroing them first would cost as much as the work.
+// NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
+
 /// Rows of W packs become columns.
 template <std::size_t W>
 UDAR_INLINE void transpose(typename Pack<W>::Type* r) {
@@ -192,15 +195,15 @@ UDAR_INLINE void transpose(typename Pack<W>::Type* r) {
 constexpr std::size_t kAhead = 512;
 
 /// Shown by B stretches: weighted sums over their inner nodes. The weights are read once for all B.
-template <std::size_t W, std::size_t B, Mode mode>
+template <std::size_t W, std::size_t B, Mode Given>
 UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size_t first, Ends* shown) {
   using V = typename Pack<W>::Type;
   const std::size_t inner = span.inner();
   const std::size_t pitch = span.key().elements;
   const Span::Units& units = span.units();
   std::array<std::array<V, 4>, B> sums{};
-  const std::size_t count = mode == Mode::system ? 2 * inner : inner;
-  const double* weights = mode == Mode::system ? span.pair_weights() : span.weights();
+  const std::size_t count = Given == Mode::system ? 2 * inner : inner;
+  const double* weights = Given == Mode::system ? span.pair_weights() : span.weights();
   for (std::size_t i = 0; i < count; i += W) {
     std::array<V, 4> weight;
     for (std::size_t row = 0; row < 4; ++row) {
@@ -209,7 +212,7 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
     for (std::size_t b = 0; b < B; ++b) {
       const std::size_t node = first + b * pitch + 1;
       V value;
-      if constexpr (mode == Mode::system) {
+      if constexpr (Given == Mode::system) {
         load<W>(value, column.right_hand_side + 2 * node + i);
         __builtin_prefetch(column.right_hand_side + 2 * node + i + kAhead);
       } else {
@@ -222,7 +225,7 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
         load<W>(own, y);
         load<W>(right, y + 1);
         value = (own - left) - (right - own);
-        if constexpr (mode != Mode::displacement) {
+        if constexpr (Given != Mode::displacement) {
           V target = own * -units.ground_ratio;
           if (column.force != nullptr) {
             V force;
@@ -254,12 +257,12 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
 }
 
 /// Inside M * W stretches side by side.
-template <std::size_t W, std::size_t M, Mode mode>
+template <std::size_t W, std::size_t M, Mode Given>
 UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_t first, const Ends* told,
                               double* scratch) {
   using V = typename Pack<W>::Type;
-  constexpr bool kTarget = mode != Mode::displacement;
-  constexpr bool kMoment = mode == Mode::loaded_moment || mode == Mode::system;
+  constexpr bool kTarget = Given != Mode::displacement;
+  constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
   constexpr std::size_t kWide = W * M;
   const std::size_t inner = span.inner();
   const std::size_t pitch = span.key().elements;
@@ -282,7 +285,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
       set<W>(deflection[m], lane, ends[0] + ends[1] * span.key().length);
       set<W>(force[m], lane, ends[2] / units.stiffness);
       set<W>(moment[m], lane, ends[3] / units.moment);
-      if constexpr (mode != Mode::system) {
+      if constexpr (Given != Mode::system) {
         const double* y = column.displacement + left_joint(m, lane);
         set<W>(last[m], lane, y[1]);
         set<W>(step[m], lane, y[1] - y[0]);
@@ -295,7 +298,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
     for (std::size_t m = 0; m < M; ++m) {
       for (std::size_t lane = 0; lane < W; ++lane) {
         const std::size_t node = left_joint(m, lane) + 1 + i;
-        if constexpr (mode == Mode::system) {
+        if constexpr (Given == Mode::system) {
           load<W>(given[m][lane], column.right_hand_side + 2 * node);
           load<W>(given[m][W + lane], column.right_hand_side + 2 * node + W);
           __builtin_prefetch(column.right_hand_side + 2 * (node + kWide * pitch));
@@ -325,7 +328,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
         double* const keep = innovations + at * kWide + m * W;
         V ahead = rise[m];
         V target;
-        if constexpr (mode == Mode::system) {
+        if constexpr (Given == Mode::system) {
           target = given[m][2 * k] * units.right_to_target;
           ahead += given[m][2 * k + 1] * units.right_to_kink;
         } else {
@@ -367,7 +370,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
           load<W>(target, targets + at * kWide + m * W);
           const V spring = gain.release * innovation - gain.deflect * force[m] - gain.turn * moment[m];
           force[m] += spring;
-          if constexpr (mode == Mode::system) {
+          if constexpr (Given == Mode::system) {
             found[m][2 * k] = (target - spring) * units.shift_to_unknown;
             found[m][2 * k + 1] = moment[m] * units.moment_to_unknown;
           } else {
@@ -389,7 +392,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
       }
       for (std::size_t lane = 0; lane < W; ++lane) {
         const std::size_t node = left_joint(m, lane) + 1 + i;
-        if constexpr (mode == Mode::system) {
+        if constexpr (Given == Mode::system) {
           store<W>(column.unknowns + 2 * node, found[m][lane]);
           store<W>(column.unknowns + 2 * node + W, found[m][W + lane]);
           __builtin_prefetch(column.unknowns + 2 * (node + kWide * pitch), 1);
@@ -405,29 +408,31 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
   }
 }
 
-template <std::size_t W, Mode mode>
+// NOLINTEND(cppcoreguidelines-pro-type-member-init)
+
+template <std::size_t W, Mode Given>
 UDAR_INLINE void condense_all(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
                               Ends* shown, bool from_memory) {
   constexpr std::size_t kTogether = 4;
   std::size_t done = 0;
   for (; !from_memory && done + kTogether <= blocks; done += kTogether) {
-    condense_some<W, kTogether, mode>(span, column, first + done * span.key().elements, shown + done);
+    condense_some<W, kTogether, Given>(span, column, first + done * span.key().elements, shown + done);
   }
   for (; done < blocks; ++done) {
-    condense_some<W, 1, mode>(span, column, first + done * span.key().elements, shown + done);
+    condense_some<W, 1, Given>(span, column, first + done * span.key().elements, shown + done);
   }
 }
 
-template <std::size_t W, Mode mode>
+template <std::size_t W, Mode Given>
 UDAR_INLINE void resolve_all(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
                              const Ends* told, double* scratch) {
   std::size_t done = 0;
   // Two groups of lanes hide the latency of each other's recursion.
   for (; done + 2 * W <= blocks; done += 2 * W) {
-    resolve_some<W, 2, mode>(span, column, first + done * span.key().elements, told + done, scratch);
+    resolve_some<W, 2, Given>(span, column, first + done * span.key().elements, told + done, scratch);
   }
   for (; done < blocks; done += W) {
-    resolve_some<W, 1, mode>(span, column, first + done * span.key().elements, told + done, scratch);
+    resolve_some<W, 1, Given>(span, column, first + done * span.key().elements, told + done, scratch);
   }
 }
 

@@ -190,7 +190,7 @@ void FilteredLine::each_entry(const Add& add) const {
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     const auto i = static_cast<std::size_t>(node - beam.begin());
     add(2 * node, 2 * node, spring(i) * scale_of(node, 0) * scale_of(node, 0));
-    for (const std::size_t side : {0, 1}) {
+    for (const std::size_t side : {std::size_t{0}, std::size_t{1}}) {
       const BeamElement& element = line_.elements[i + side];
       if (!LineData::present(element)) {
         continue;
@@ -267,7 +267,7 @@ PetscErrorCode FilteredLine::multiply_callback(Mat matrix, Vec unknowns, Vec pro
   PetscCall(MatShellGetContext(matrix, static_cast<void*>(&self)));
   PetscCall(VecGetArrayRead(unknowns, &from));
   PetscCall(VecGetArray(product, &to));
-  const auto size = static_cast<std::size_t>(2 * self->beam_->local_nodes());
+  const std::size_t size = 2 * self->mass_.size();
   self->multiply({from, size}, {to, size});
   PetscCall(VecRestoreArray(product, &to));
   PetscCall(VecRestoreArrayRead(unknowns, &from));

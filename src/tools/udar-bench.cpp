@@ -37,7 +37,7 @@ constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
 struct Form {
   std::string name;
   Formulation formulation = Formulation::mixed;
-  Options options{};
+  Options options{};  // NOLINT(readability-redundant-member-init): else GCC warns of designated initializers
   PetscInt most_elements = 1'000'000'000;  // beyond, a solve takes too long to be worth a line in the table
 };
 
@@ -67,7 +67,10 @@ Form rival_form(Rival rival) {
       return {.name = "superlu_dist",
               .options = {{"-filter_pc_type", "lu"},
                           {"-filter_mat_type", "aij"},
-                          {"-filter_pc_factor_mat_solver_type", "superlu_dist"}}};
+                          {"-filter_pc_factor_mat_solver_type", "superlu_dist"},
+                          {"-filter_mat_superlu_dist_equil", "0"},
+                          {"-filter_mat_superlu_dist_rowperm", "NOROWPERM"},
+                          {"-filter_mat_superlu_dist_iterrefine", "1"}}};
   }
   return {};
 }
@@ -199,6 +202,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   stretch.fill(Numbers(count));
   const std::array<Numbers, 4> batch_given{given, given, given, given};
   std::vector<chain::Column> batch;
+  batch.reserve(batch_given.size());
   for (std::size_t c = 0; c < batch_given.size(); ++c) {
     batch.push_back({.displacement = batch_given[c].data(), .stretch = stretch[c].data()});
   }

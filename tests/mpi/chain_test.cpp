@@ -188,6 +188,7 @@ TEST(Chain, SolvesColumnsTogetherAsOneByOne) {
     given.push_back(motion.local(beam, motion.displacement));
   }
   std::vector<chain::Column> columns;
+  columns.reserve(kColumns);
   for (std::size_t c = 0; c < kColumns; ++c) {
     columns.push_back({.displacement = given[c].data(), .stretch = together[c].data()});
   }

@@ -45,7 +45,8 @@ class ChainSolver {
   explicit ChainSolver(const LineData& line, int lanes = 0);
 
   /// @brief Solves for every column: all of one kind, with the same arrays given.
-  /// @note Collective: per four columns one message to the left neighbour and what `Report::coupling` says.
+  /// @note Collective: per batch of four, two or one columns one message to the left neighbour and what
+  /// `Report::coupling` says.
   void solve(std::span<const chain::Column> columns);
 
   /// Whether this processor can run 8, 4 or 1 lanes.
@@ -55,7 +56,7 @@ class ChainSolver {
   [[nodiscard]] double bytes_per_solve(const chain::Column& kind) const;
 
  private:
-  static constexpr std::size_t kBatch = 4;  // columns that share one pass over the joints
+  static constexpr std::size_t kBatch = 4;  // most columns that share one pass over the joints
 
   /// A node where stretches meet, and the stretch on its right.
   struct Joint {

@@ -60,7 +60,7 @@ class FilteredLine {
   void solve(std::span<const double> mass_displacement, std::span<const double> force, std::span<double> stretch,
              std::span<double> moment);
 
-  /// @brief The same for several columns at once: the factor is read once for up to four.
+  /// @brief The same for several columns at once: the factor is read once for four, or for the pair that is left.
   /// @param columns displacement, force, stretch, moment; the same of them given in all
   void solve(std::span<const chain::Column> columns);
 
