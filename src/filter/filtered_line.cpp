@@ -300,12 +300,12 @@ void FilteredLine::configure_solver() {
   }
   PetscBool other_type = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasName(nullptr, "filter_", "-ksp_type", &other_type));
-  if (other_type == PETSC_FALSE) {
-    UDAR_CALL(KSPSetNormType(solver_, KSP_NORM_NONE));
-    UDAR_CALL(KSPSetTolerances(solver_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
-  } else {
+  if (other_type == PETSC_TRUE) {
     // 1e-12: what an iterative solver can reach here and the time integration does not notice.
     UDAR_CALL(KSPSetTolerances(solver_, 1e-12, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  } else if (!chain) {
+    UDAR_CALL(KSPSetNormType(solver_, KSP_NORM_NONE));
+    UDAR_CALL(KSPSetTolerances(solver_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
   }
   UDAR_CALL(KSPSetFromOptions(solver_));
   UDAR_CALL(KSPSetUp(solver_));
@@ -313,6 +313,10 @@ void FilteredLine::configure_solver() {
   UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(solver_)), KSPPREONLY, &direct));
   if (direct == PETSC_TRUE) {
     chain_ = chain_solver(preconditioner);
+  }
+  if (chain_ != nullptr) {
+    // KSPSolve, which would do this, is not on its way.
+    UDAR_CALL(KSPViewFromOptions(solver_, nullptr, "-ksp_view"));
   }
 }
 

@@ -306,6 +306,20 @@ class Printing(UdarTest):
         decay = (4 * 2.1e11 * np.pi * 0.1**4 / 4 / (7850 * np.pi * 0.1**2 * 50**2)) ** 0.25
         self.assertIn(f"{decay:.2g}", result.out + result.err, "decay length of the line [m]")
 
+    def test_solver_view(self):
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                out = self.run_case(
+                    case(filter_ksp_view=True, ts_max_time=0.01, beam_elements=200), ranks, f"ksp-view-{ranks}"
+                ).out
+                self.assertEqual(out.count("type: chain"), 1, out)
+                for word in ("decay length", "joints", "coupling of ranks"):
+                    self.assertIn(word, out)
+
+    def test_solver_of_a_line_under_tension(self):
+        out = self.run_case(case(udar_view=True, ts_max_time=0.01, beam_tension=1e5), name="tension").out
+        self.assertIn("assembled block form, because the chain recursion cannot carry it: tension", out)
+
     def test_help(self):
         result = run({"help": True}, cwd=self.scratch)
         self.assertEqual(result.code, 0, result)

@@ -1,0 +1,165 @@
+/// @file
+/// The Chebyshev series of the free motion against the exact solution by eigenvectors.
+
+#include "udar/dynamics/free_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "support/dense.hpp"
+#include "support/steel_beam.hpp"
+
+namespace udar {
+namespace {
+
+/// Exact motion of z'' = -A z + a0 + t j0, resting masses left out: A from solves of unit vectors, its eigenvectors
+/// from LAPACK.
+struct Exact {
+  std::vector<std::size_t> free;
+  std::vector<double> root_mass;
+  test::Eigen modes{.values = {}, .vectors = test::Dense{0}};
+
+  Exact(FilteredLine& line, const std::vector<std::uint8_t>& resting) {
+    const BeamChain& beam = line.beam();
+    const auto n = static_cast<std::size_t>(beam.nodes());
+    const auto first = static_cast<std::size_t>(beam.begin());
+    const auto count = static_cast<std::size_t>(beam.local_nodes());
+    for (std::size_t i = 0; i < n; ++i) {
+      root_mass.push_back(std::sqrt(beam.mass(static_cast<PetscInt>(i))));
+      if (resting[i] == 0) {
+        free.push_back(i);
+      }
+    }
+    test::Dense all{n};
+    for (std::size_t j = 0; j < n; ++j) {
+      std::vector<double> unit(count);
+      std::vector<double> stretch(count);
+      if (j >= first && j < first + count) {
+        unit[j - first] = 1.0;
+      }
+      line.solve(unit, {}, stretch, {});
+      for (std::size_t i = 0; i < count; ++i) {
+        all(first + i, j) = -line.filter_frequency() * line.filter_frequency() * stretch[i];
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, all.values.data(), static_cast<int>(n * n), MPI_DOUBLE, MPI_SUM, beam.comm());
+    test::Dense scaled{free.size()};
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      for (std::size_t j = 0; j < free.size(); ++j) {
+        const auto entry = [&](std::size_t a, std::size_t b) { return all(a, b) * root_mass[a] / root_mass[b]; };
+        scaled(i, j) = 0.5 * (entry(free[i], free[j]) + entry(free[j], free[i]));
+      }
+    }
+    modes = test::eigen(scaled);
+  }
+
+  /// What f(sqrt(A)) makes of x.
+  [[nodiscard]] std::vector<double> apply(const std::function<double(double)>& f, const std::vector<double>& x) const {
+    std::vector<double> result(x.size());
+    for (std::size_t mode = 0; mode < free.size(); ++mode) {
+      double share = 0.0;
+      for (std::size_t i = 0; i < free.size(); ++i) {
+        share += modes.vectors(i, mode) * root_mass[free[i]] * x[free[i]];
+      }
+      share *= f(std::sqrt(std::max(modes.values[mode], 0.0)));
+      for (std::size_t i = 0; i < free.size(); ++i) {
+        result[free[i]] += share * modes.vectors(i, mode) / root_mass[free[i]];
+      }
+    }
+    return result;
+  }
+};
+
+double sine(double w, double t) { return w * t < 1e-4 ? t : std::sin(w * t) / w; }
+double versine(double w, double t) { return w * t < 1e-4 ? 0.5 * t * t : (1.0 - std::cos(w * t)) / (w * w); }
+double cubic(double w, double t) {
+  return w * t < 1e-2 ? t * t * t / 6.0 * (1.0 - w * w * t * t / 20.0) : (t - std::sin(w * t) / w) / (w * w);
+}
+
+TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
+  const double wf = 100.0;
+  BeamParameters parameters = test::steel_beam(40);
+  parameters.segments[0].foundation_stiffness = 3e4;
+  parameters.right = test::kPinned;
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  FilteredLine line{beam, {.filter_frequency = wf}};
+  const auto n = static_cast<std::size_t>(beam.nodes());
+  std::vector<double> velocity(n);
+  std::vector<double> acceleration(n);
+  std::vector<double> jerk(n);
+  std::vector<std::uint8_t> resting(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(n);
+    resting[i] = i == 7 || i == 8 || i + 1 == n ? 1 : 0;
+    velocity[i] = resting[i] != 0 ? 0.0 : -4.0 + 3.0 * std::sin(9.0 * x);
+    acceleration[i] = resting[i] != 0 ? 0.0 : -9.81 + 200.0 * std::cos(5.0 * x);
+    jerk[i] = resting[i] != 0 ? 0.0 : 1e4 * x;
+  }
+  const Exact exact{line, resting};
+  const auto local = [&](const auto& all) { return std::vector(all.begin() + beam.begin(), all.begin() + beam.end()); };
+  const auto v = local(velocity);
+  const auto a = local(acceleration);
+  const auto j = local(jerk);
+  const auto r = local(resting);
+  FreeMotion motion{line};
+  for (const double angle : {0.5, 4.0, 16.0}) {
+    const double duration = angle / wf;
+    const double tolerance = 1e-11;
+    std::vector<double> times{0.0, 0.3 * duration, duration};
+    std::vector<std::vector<double>> values(2 * times.size(), std::vector<double>(v.size()));
+    std::vector<FreeMotion::Field> fields;
+    fields.reserve(times.size());
+    for (std::size_t f = 0; f < times.size(); ++f) {
+      fields.push_back({.time = times[f], .displacement = values[2 * f], .velocity = values[2 * f + 1]});
+    }
+    const std::vector<std::size_t> watched{0, v.size() - 1};
+    const PetscInt before = line.solves();
+    motion.propagate({.velocity = v, .acceleration = a, .jerk = j, .resting = r}, duration, tolerance, fields, watched);
+    EXPECT_EQ(line.solves() - before, static_cast<PetscInt>(3 * (motion.terms(duration, tolerance) - 1)));
+    for (std::size_t f = 0; f < times.size(); ++f) {
+      const double t = times[f];
+      const auto sum = [&](const auto& of_v, const auto& of_a, const auto& of_j) {
+        std::vector<double> total = exact.apply(of_v, velocity);
+        const std::vector<double> second = exact.apply(of_a, acceleration);
+        const std::vector<double> third = exact.apply(of_j, jerk);
+        for (std::size_t i = 0; i < n; ++i) {
+          total[i] += second[i] + third[i];
+        }
+        return total;
+      };
+      const auto displacement = sum([t](double w) { return sine(w, t); }, [t](double w) { return versine(w, t); },
+                                    [t](double w) { return cubic(w, t); });
+      const auto speed = sum([t](double w) { return std::cos(w * t); }, [t](double w) { return sine(w, t); },
+                             [t](double w) { return versine(w, t); });
+      const auto pull = sum([t](double w) { return -w * std::sin(w * t); }, [t](double w) { return std::cos(w * t); },
+                            [t](double w) { return sine(w, t); });
+      // The tolerance, and the round-off of the reference: 1e-12 of 7 m/s times t and of 7 m/s, wf times that.
+      const double bound = tolerance + 1e-12;
+      const auto begin = static_cast<std::size_t>(beam.begin());
+      for (std::size_t i = 0; i < v.size(); ++i) {
+        EXPECT_NEAR(fields[f].displacement[i], displacement[begin + i], bound * 10.0 * duration) << angle << ' ' << t;
+        EXPECT_NEAR(fields[f].velocity[i], speed[begin + i], bound * 10.0 * std::max(1.0, angle)) << angle << ' ' << t;
+      }
+      for (std::size_t w = 0; w < watched.size(); ++w) {
+        const FreeMotion::Point point = motion.point(w, t);
+        EXPECT_NEAR(point.displacement, displacement[begin + watched[w]], bound * 10.0 * duration);
+        EXPECT_NEAR(point.velocity, speed[begin + watched[w]], bound * 10.0 * std::max(1.0, angle));
+        EXPECT_NEAR(point.acceleration, pull[begin + watched[w]], bound * 10.0 * wf * std::max(1.0, angle));
+      }
+    }
+  }
+}
+
+TEST(FreeMotion, NeedsFewSolves) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
+  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  const FreeMotion motion{line};
+  // Solves of the two sequences per unit wf t at 1e-9.
+  EXPECT_LE(2.0 * static_cast<double>(motion.terms(4.0 / 50.0, 1e-9) - 1) / 4.0, 4.0);
+  EXPECT_LT(2.0 * static_cast<double>(motion.terms(16.0 / 50.0, 1e-9) - 1) / 16.0, 2.5);
+}
+
+}  // namespace
+}  // namespace udar
