@@ -13,36 +13,32 @@ Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState&
     axis_.push_back(initial.axis(beam.position(node), beam.length()));
   }
   displacement_.resize(count);
-  force_.resize(count);
 }
 
-void Equations::evaluate(double time, std::span<const double> mass_position, LineState& state) {
+void Equations::evaluate(double time, std::span<const double> mass_position, LineState& state, bool with_moment) {
   state.time = time;
   state.stretch.resize(axis_.size());
-  state.moment.resize(axis_.size());
+  state.moment.resize(with_moment ? axis_.size() : 0);
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     displacement_[i] = mass_position[i] - axis_[i];
   }
-  loads_->force(time, force_);
-  line_->solve(displacement_, force_, state.stretch, state.moment);
+  line_->solve(displacement_, loads_->force(time, work_), state.stretch, state.moment);
 }
 
 void Equations::evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate) {
-  unused_moment_.resize(axis_.size());
-  loads_->rate(time, force_);
-  line_->solve(mass_velocity, force_, stretch_rate, unused_moment_);
+  line_->solve(mass_velocity, loads_->rate(time, work_), stretch_rate, {});
 }
 
 EnergyLedger Equations::energy(const LineState& state, std::span<const double> mass_position,
                                std::span<const double> mass_velocity) {
   const double wf2 = line_->filter_frequency() * line_->filter_frequency();
   const std::span<const double> mass = line_->mass();
-  loads_->force(state.time, force_);
+  const std::span<const double> force = loads_->force(state.time, work_);
   std::array<double, 4> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
     sums[2] += 0.5 * wf2 * mass[i] * state.stretch[i] * state.stretch[i];
-    sums[3] -= force_[i] * (mass_position[i] + state.stretch[i]);
+    sums[3] -= force.empty() ? 0.0 : force[i] * (mass_position[i] + state.stretch[i]);
     displacement_[i] = mass_position[i] - axis_[i] + state.stretch[i];
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);

@@ -601,7 +601,7 @@ void ImpactDynamics::emit_snapshots(double until) {
         masses.velocity[i] = end_values_[count_ + i];
       }
     }
-    equations_->evaluate(time, masses.position, scratch_);
+    equations_->evaluate(time, masses.position, scratch_, true);
     EnergyLedger now = equations_->energy(scratch_, masses.position, masses.velocity);
     now.lost_in_impacts = ledger_.lost_in_impacts;
     if (equations_->loads().time_dependent()) {
@@ -645,7 +645,7 @@ void ImpactDynamics::start() {
     UDAR_CALL(TSGetTime(stepper_, &start_.time));
     end_.time = start_.time;
     const ReadAccess state{state_};
-    equations_->evaluate(start_.time, {state.values(), count_}, end_);
+    equations_->evaluate(start_.time, {state.values(), count_}, end_, true);
     EnergyLedger first = equations_->energy(end_, {state.values(), count_}, {state.values() + count_, count_});
     ledger_ = first;
     ledger_.initial = first.total();
@@ -825,10 +825,7 @@ LineGap ImpactDynamics::smallest_line_gap() const {
 MotionState ImpactDynamics::save() const {
   MotionState saved;
   const MassState now = masses();
-  saved.fields = {{"mass_position", now.position},
-                  {"mass_velocity", now.velocity},
-                  {"stretch", start_.stretch},
-                  {"moment", start_.moment}};
+  saved.fields = {{"mass_position", now.position}, {"mass_velocity", now.velocity}, {"stretch", start_.stretch}};
   std::vector<double>& resting_on = saved.fields["resting_on"];  // support index + 1; 0: moving
   resting_on.assign(count_, 0.0);
   for (const ContactPoint& point : points_) {
@@ -883,7 +880,7 @@ void ImpactDynamics::restore(const MotionState& state) {
     std::ranges::copy(field("mass_velocity"), now.values() + count_);
   }
   const double time = scalar("time");
-  end_ = {.time = time, .stretch = field("stretch"), .moment = field("moment")};
+  end_ = {.time = time, .stretch = field("stretch"), .moment = {}};
   start_ = end_;
   wanted_step_ = scalar("wanted_step");
   const std::vector<double>& resting_on = field("resting_on");

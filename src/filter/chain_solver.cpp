@@ -487,7 +487,8 @@ void ChainSolver::visit(std::size_t j, const chain::Column* columns, const Beyon
     }
     const double* y = column.displacement;
     const double own = i < nodes_ ? y[i] : beyond[c][0];
-    const double force = column.force == nullptr ? 0.0 : (i < nodes_ ? column.force[i] : beyond[c][2]);
+    const double here = column.force != nullptr && i < nodes_ ? column.force[i] : 0.0;
+    const double force = i < nodes_ ? here : beyond[c][2];
     const double left = joint.starts || i == 0 ? 0.0 : own - y[i - 1];
     const double next = joint.ends ? own : (i + 1 < nodes_ ? y[i + 1] : beyond[c][i + 1 - nodes_]);
     state.target[c] = joint.compliance * force - joint.ground_ratio * own;

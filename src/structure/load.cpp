@@ -7,9 +7,12 @@
 namespace udar {
 
 Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
-  weight_.reserve(static_cast<std::size_t>(beam.local_nodes()));
-  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-    weight_.push_back(-gravity * beam.mass(node));
+  nodes_ = static_cast<std::size_t>(beam.local_nodes());
+  if (gravity != 0.0) {
+    weight_.reserve(nodes_);
+    for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+      weight_.push_back(-gravity * beam.mass(node));
+    }
   }
   for (const NodalLoad& load : nodal) {
     if (load.time.empty() || load.time.size() != load.force.size() ||
@@ -44,18 +47,27 @@ Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, double time) {
   return {.force = load.force[right - 1] + rate * (time - load.time[right - 1]), .rate = rate};
 }
 
-void Loads::force(double time, std::span<double> values) const {
-  std::ranges::copy(weight_, values.begin());
-  for (const LocalLoad& load : local_) {
-    values[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).force;
+std::span<const double> Loads::force(double time, std::vector<double>& work) const {
+  if (local_.empty()) {
+    return weight_;
   }
+  work = weight_;
+  work.resize(nodes_);
+  for (const LocalLoad& load : local_) {
+    work[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).force;
+  }
+  return work;
 }
 
-void Loads::rate(double time, std::span<double> values) const {
-  std::ranges::fill(values, 0.0);
-  for (const LocalLoad& load : local_) {
-    values[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).rate;
+std::span<const double> Loads::rate(double time, std::vector<double>& work) const {
+  if (local_.empty()) {
+    return {};
   }
+  work.assign(nodes_, 0.0);
+  for (const LocalLoad& load : local_) {
+    work[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).rate;
+  }
+  return work;
 }
 
 }  // namespace udar

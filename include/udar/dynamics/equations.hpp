@@ -16,7 +16,7 @@ namespace udar {
 struct LineState {
   double time = 0.0;            ///< [s]
   std::vector<double> stretch;  ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
-  std::vector<double> moment;   ///< [N m]
+  std::vector<double> moment;   ///< [N m]; empty unless asked for
 };
 
 /// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
@@ -25,12 +25,13 @@ class Equations {
   Equations(FilteredLine& line, const Loads& loads, const InitialState& initial);
 
   /// @brief Solves for the line at time t. @param[in] mass_position Ym [m] @note Collective.
-  void evaluate(double time, std::span<const double> mass_position, LineState& state);
+  void evaluate(double time, std::span<const double> mass_position, LineState& state, bool with_moment = false);
 
   /// @brief d' = Yc' - Vm [m/s] just after time t. @param[in] mass_velocity Vm [m/s] @note Collective.
   void evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate);
 
   /// @brief Kinetic, strain, spring and load energy [J]; the other entries of the ledger are left at zero.
+  /// @param state with moment
   /// @note Collective: one reduction of four numbers.
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
@@ -44,8 +45,7 @@ class Equations {
   const Loads* loads_;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
-  std::vector<double> force_;
-  std::vector<double> unused_moment_;
+  std::vector<double> work_;          // loads, if they must be added up
 };
 
 }  // namespace udar

@@ -24,10 +24,11 @@ class Loads {
   /// @throws InputError if a table is empty, ragged or not ascending, or a position is off the beam
   Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>& nodal);
 
-  /// F [N] at time t [s], one value per local node.
-  void force(double time, std::span<double> values) const;
-  /// dF/dt [N/s] just after time t, one value per local node.
-  void rate(double time, std::span<double> values) const;
+  /// @brief F [N] at time t [s], one value per local node; empty: none on this rank.
+  /// @param work where it is built if it must be; the result lives as long as this object and `work` do
+  [[nodiscard]] std::span<const double> force(double time, std::vector<double>& work) const;
+  /// @brief dF/dt [N/s] just after time t, in the same way.
+  [[nodiscard]] std::span<const double> rate(double time, std::vector<double>& work) const;
 
   [[nodiscard]] double gravity() const noexcept { return gravity_; }
   /// All times at which some table of the whole structure has a kink, ascending, equal on every rank [s].
@@ -51,7 +52,8 @@ class Loads {
 
  private:
   double gravity_;
-  std::vector<double> weight_;
+  std::vector<double> weight_;  // empty without gravity
+  std::size_t nodes_ = 0;
   std::vector<LocalLoad> local_;
   std::vector<double> kinks_;
 };
