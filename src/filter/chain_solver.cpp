@@ -37,18 +37,22 @@ struct Compliance {
   long double det = 0.0;
 };
 
-/// (P^-1 + J)^-1 without inverting P, and the factor by which its determinant is smaller than that of P.
+/// (P^-1 + J)^-1 without inverting P, (1 + J P)^-1, and the factor by which the determinant is smaller than that of P.
+/// 1 - J X would be the second, too, but not where J is large: a line held just behind a joint.
 struct Combined {
   Compliance value;
+  Square reaction{};
   long double shrink = 1.0;
 };
 Combined combine(const Compliance& p, const Symmetric& j) {
   const auto& e = p.entries;
   const long double det_j = j[0] * j[2] - j[1] * j[1];
   const long double shrink = 1 / (1 + e[0] * j[0] + 2 * e[1] * j[1] + e[2] * j[2] + p.det * det_j);
+  const Square product = multiply(full(j), full(e));
   return {.value = {.entries = {(e[0] + p.det * j[2]) * shrink, (e[1] - p.det * j[1]) * shrink,
                                 (e[2] + p.det * j[0]) * shrink},
                     .det = p.det * shrink},
+          .reaction = {(1 + product[3]) * shrink, -product[1] * shrink, -product[2] * shrink, (1 + product[0]) * shrink},
           .shrink = shrink};
 }
 
@@ -63,11 +67,6 @@ Compliance carry(const Square& t, long double det_t, const Compliance& x, const 
                                                moved[0]
                                          : moved[2] * c[0];
   return {.entries = add(moved, c), .det = det_moved + added.det + mixed};
-}
-
-/// 1 - J X, which with X = (P^-1 + J)^-1 is (1 + J P)^-1.
-Square complement(const Symmetric& j, const Symmetric& x) {
-  return add(kIdentity, negative(multiply(full(j), full(x))));
 }
 
 template <std::size_t Count>
@@ -291,6 +290,9 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
       p = {g0 * compliance, g1 * compliance, p[2] - g1 * p[1]};
     }
 
+    if (j + 1 == joints_.size() && i == nodes_) {
+      break;  // the next rank's own affair
+    }
     if (joint.ends) {
       const long double release = rotation == 0.0 ? 0 : 1 / (p[2] + inverse(rotation));
       joint.rotation_release = static_cast<double>(release);
@@ -309,9 +311,6 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
       piece.force = 1 / (right.flexural_compliance * decay * decay * decay);
     }
     piece.shortest = std::min(piece.shortest, decay);
-    if (j + 1 == joints_.size()) {
-      break;
-    }
     const bool plain = joint.block < 0;
     const chain::Span* span = plain ? nullptr : &spans_[joint_spans_[j]];
     const Square transfer = plain ? element_transfer(right) : span->transfer();
@@ -319,7 +318,7 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
     const Symmetric stiff = plain ? Symmetric{} : span->stiffness();
     const long double det_transfer = plain ? 1.0L : span->transfer_determinant();
     const Combined combined = combine(compliance_here, stiff);
-    const Square reaction = complement(stiff, combined.value.entries);
+    const Square& reaction = combined.reaction;
     joint.transfer = rounded(transfer);
     joint.stiffness = rounded(stiff);
     joint.combined = rounded(combined.value.entries);
@@ -346,11 +345,10 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   }
   // From the left, P and the weights of the state; combined[i] = (P^-1 + J)^-1 at the start of piece i.
   Compliance p;
-  std::vector<Symmetric> combined;
+  std::vector<Combined> combined;
   for (std::size_t i = 0; i < boundary; ++i) {
-    const Compliance x = combine(p, pieces[i].stiffness).value;
-    combined.push_back(x.entries);
-    p = carry(pieces[i].transfer, pieces[i].det_transfer, x, {pieces[i].compliance, pieces[i].det_compliance});
+    combined.push_back(combine(p, pieces[i].stiffness));
+    p = carry(pieces[i].transfer, pieces[i].det_transfer, combined[i].value, {pieces[i].compliance, pieces[i].det_compliance});
   }
   std::vector<Square> from_state(pieces.size());
   std::vector<Square> from_reaction(pieces.size());
@@ -358,8 +356,8 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   for (std::size_t i = boundary; i-- > 0;) {
     from_state[i] = weight;
     weight = multiply(weight, pieces[i].transfer);
-    from_reaction[i] = multiply(weight, full(combined[i]));
-    weight = multiply(weight, transposed(complement(pieces[i].stiffness, combined[i])));
+    from_reaction[i] = multiply(weight, full(combined[i].value.entries));
+    weight = multiply(weight, transposed(combined[i].reaction));
   }
   // From the right, the stiffness j of all pieces from i on, and the weights of their common reaction.
   Symmetric j{};
@@ -367,7 +365,7 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   std::vector<Square> carried(pieces.size());
   for (std::size_t i = pieces.size(); i-- > boundary;) {
     beyond[i] = j;
-    const Square reaction = complement(j, combine({pieces[i].compliance, pieces[i].det_compliance}, j).value.entries);
+    const Square reaction = combine({pieces[i].compliance, pieces[i].det_compliance}, j).reaction;
     carried[i] = multiply(transposed(pieces[i].transfer), reaction);
     j = add(pieces[i].stiffness, congruent(transposed(pieces[i].transfer), symmetric(multiply(reaction, full(j)))));
   }
@@ -379,14 +377,15 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
     weight = multiply(weight, carried[i]);
     reaction_of_state[i] = negative(multiply(weight, full(beyond[i])));
   }
-  // s = m + X (eta - J m), r = (1 - J X)(eta - J m).
-  const Symmetric x = combine(p, j).value.entries;
-  const Square reaction = complement(j, x);
+  // s = (1 + P J)^-1 m + X eta,  r = (1 + J P)^-1 (eta - J m).
+  const Combined here = combine(p, j);
+  const Square to_state = transposed(here.reaction);
+  const Square x = full(here.value.entries);
+  const Square pull = multiply(here.reaction, full(j));
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const auto put = [&](std::size_t column, const Square& state, const Square& eta) {
-      const Square pull = add(eta, negative(multiply(full(j), state)));
-      const Square s = add(state, multiply(full(x), pull));
-      const Square r = multiply(reaction, pull);
+      const Square s = add(multiply(to_state, state), multiply(x, eta));
+      const Square r = add(multiply(here.reaction, eta), negative(multiply(pull, state)));
       rows[4 * i + column] = {s[0], s[2], r[0], r[2]};
       rows[4 * i + column + 1] = {s[1], s[3], r[1], r[3]};
     };
