@@ -49,11 +49,12 @@ Combined combine(const Compliance& p, const Symmetric& j) {
   const long double det_j = j[0] * j[2] - j[1] * j[1];
   const long double shrink = 1 / (1 + e[0] * j[0] + 2 * e[1] * j[1] + e[2] * j[2] + p.det * det_j);
   const Square product = multiply(full(j), full(e));
-  return {.value = {.entries = {(e[0] + p.det * j[2]) * shrink, (e[1] - p.det * j[1]) * shrink,
-                                (e[2] + p.det * j[0]) * shrink},
-                    .det = p.det * shrink},
-          .reaction = {(1 + product[3]) * shrink, -product[1] * shrink, -product[2] * shrink, (1 + product[0]) * shrink},
-          .shrink = shrink};
+  return {
+      .value = {.entries = {(e[0] + p.det * j[2]) * shrink, (e[1] - p.det * j[1]) * shrink,
+                            (e[2] + p.det * j[0]) * shrink},
+                .det = p.det * shrink},
+      .reaction = {(1 + product[3]) * shrink, -product[1] * shrink, -product[2] * shrink, (1 + product[0]) * shrink},
+      .shrink = shrink};
 }
 
 /// T X T' + C, for T of given determinant.
@@ -348,7 +349,8 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   std::vector<Combined> combined;
   for (std::size_t i = 0; i < boundary; ++i) {
     combined.push_back(combine(p, pieces[i].stiffness));
-    p = carry(pieces[i].transfer, pieces[i].det_transfer, combined[i].value, {pieces[i].compliance, pieces[i].det_compliance});
+    p = carry(pieces[i].transfer, pieces[i].det_transfer, combined[i].value,
+              {pieces[i].compliance, pieces[i].det_compliance});
   }
   std::vector<Square> from_state(pieces.size());
   std::vector<Square> from_reaction(pieces.size());
