@@ -368,15 +368,12 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");
   const std::size_t count = position.size();
-  if (count > 0 || width_given) {
-    width = petsc::one_per("-support_width", width, count, "one per -support_position");
-  }
-  if (count > 0 || height_given) {
-    height = petsc::one_per("-support_height", height, count, "one per -support_position");
-  }
-  if (count > 0 || side_given) {
-    side = petsc::one_per("-support_side", side, count, "one per -support_position");
-  }
+  const auto per_support = [count](const char* key, const auto& values, bool given) {
+    return count > 0 || given ? petsc::one_per(key, values, count, "one per -support_position") : values;
+  };
+  width = per_support("-support_width", width, width_given);
+  height = per_support("-support_height", height, height_given);
+  side = per_support("-support_side", side, side_given);
   if (count + (floor ? 1 : 0) > 0) {
     restitution = petsc::one_per("-contact_restitution", restitution, count + (floor ? 1 : 0),
                                  "one per support, the floor included");

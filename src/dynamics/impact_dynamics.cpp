@@ -215,12 +215,7 @@ void ImpactDynamics::add_observer(Observer& observer) {
 PetscErrorCode ImpactDynamics::rhs_callback(TS /*stepper*/, PetscReal time, Vec state, Vec rate, void* context) {
   PetscFunctionBeginUser;
   auto* self = static_cast<ImpactDynamics*>(context);
-  try {
-    self->right_hand_side(time, state, rate);
-  } catch (...) {
-    self->failure_ = std::current_exception();
-    PetscFunctionReturn(PETSC_ERR_USER);
-  }
+  PetscCall(petsc::guarded([&] { self->right_hand_side(time, state, rate); }));
   PetscFunctionReturn(0);
 }
 
@@ -229,12 +224,7 @@ PetscErrorCode ImpactDynamics::post_step_callback(TS stepper) {
   void* context = nullptr;
   PetscCall(TSGetApplicationContext(stepper, static_cast<void*>(&context)));
   auto* self = static_cast<ImpactDynamics*>(context);
-  try {
-    self->after_step();
-  } catch (...) {
-    self->failure_ = std::current_exception();
-    PetscFunctionReturn(PETSC_ERR_USER);
-  }
+  PetscCall(petsc::guarded([&] { self->after_step(); }));
   PetscFunctionReturn(0);
 }
 
@@ -347,12 +337,8 @@ double ImpactDynamics::repeat_step(double time) {
   UDAR_CALL(TSGetAdapt(stepper_, &adapt));
   UDAR_CALL(TSAdaptSetAlwaysAccept(adapt, PETSC_TRUE));
   UDAR_CALL(TSSetTimeStep(stepper_, time - start_.time));
-  const PetscErrorCode code = TSStep(stepper_);
+  UDAR_CALL(TSStep(stepper_));
   UDAR_CALL(TSAdaptSetAlwaysAccept(adapt, PETSC_FALSE));
-  if (failure_) {
-    std::rethrow_exception(std::exchange(failure_, nullptr));
-  }
-  UDAR_CALL(code);
   UDAR_CALL(TSSetConvergedReason(stepper_, TS_CONVERGED_ITERATING));
   ++counts_.repeated_steps;
   double reached = 0.0;
@@ -776,12 +762,7 @@ void ImpactDynamics::solve() {
   }
   completed_ = start_.time >= end_time_;
   if (!completed_) {
-    const PetscErrorCode code = TSSolve(stepper_, nullptr);
-    if (failure_) {
-      (void)petsc::take_error_message();
-      std::rethrow_exception(std::exchange(failure_, nullptr));
-    }
-    UDAR_CALL(code);
+    UDAR_CALL(TSSolve(stepper_, nullptr));
     TSConvergedReason reason = TS_CONVERGED_ITERATING;
     UDAR_CALL(TSGetConvergedReason(stepper_, &reason));
     if (reason < 0) {

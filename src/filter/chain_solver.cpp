@@ -130,7 +130,7 @@ ChainSolver::ChainSolver(const LineData& line, int lanes) : comm_{line.comm}, no
   throw_together<InputError>(comm_, failure);
   cut(line);
   const Piece own = factor(line);
-  couple(line, own);
+  couple(own);
 
   std::size_t longest = 0;
   for (const chain::Span& span : spans_) {
@@ -164,6 +164,7 @@ void ChainSolver::cut(const LineData& line) {
            line.scale[2 * i + 1] == line.scale[2 * j + 1];
   };
   const std::size_t last = nodes_ - 1;
+  Known known;
   std::size_t from = 0;
   while (from < last) {
     std::size_t to = from + 1;
@@ -173,43 +174,34 @@ void ChainSolver::cut(const LineData& line) {
         ++to;
       }
     }
-    add_stretch(line, from, to);
+    add_stretch(line, from, to, known);
     from = to;
   }
   joints_.push_back({.node = last});
-  joint_spans_.push_back(0);
   if (line.end < line.nodes && LineData::present(elements[nodes_])) {
     joints_.push_back({.node = nodes_});
-    joint_spans_.push_back(0);
   }
-}
-
-std::size_t ChainSolver::span_index(const chain::SpanKey& key) {
-  for (std::size_t i = spans_.size(); i-- > 0;) {  // neighbours are alike far more often than distant stretches
-    if (spans_[i].key() == key) {
-      return i;
-    }
-  }
-  spans_.emplace_back(key);
-  return spans_.size() - 1;
 }
 
 /// Joints and runs from one node up to another, between which all is alike.
-void ChainSolver::add_stretch(const LineData& line, std::size_t from, std::size_t to) {
+void ChainSolver::add_stretch(const LineData& line, std::size_t from, std::size_t to, Known& known) {
   const auto add_run = [&](std::size_t elements, std::size_t blocks) {
     const BeamElement& element = line.elements[from + 1];
     const std::size_t inner = from + 1;
-    const std::size_t span = span_index({.elements = elements,
-                                         .length = element.length,
-                                         .flexural_compliance = element.flexural_compliance,
-                                         .shear_compliance = element.shear_compliance,
-                                         .filter_stiffness = line.filter_stiffness[inner],
-                                         .ground_stiffness = line.ground_stiffness[inner],
-                                         .scale = {line.scale[2 * inner], line.scale[2 * inner + 1]}});
-    runs_.push_back({.span = span, .first = from, .block = blocks_, .blocks = blocks});
+    const chain::SpanKey key{.elements = elements,
+                             .length = element.length,
+                             .flexural_compliance = element.flexural_compliance,
+                             .shear_compliance = element.shear_compliance,
+                             .filter_stiffness = line.filter_stiffness[inner],
+                             .ground_stiffness = line.ground_stiffness[inner],
+                             .scale = {line.scale[2 * inner], line.scale[2 * inner + 1]}};
+    const auto [found, unknown] = known.try_emplace(key, spans_.size());
+    if (unknown) {
+      spans_.emplace_back(key);
+    }
+    runs_.push_back({.span = found->second, .first = from, .block = blocks_, .blocks = blocks});
     for (std::size_t block = 0; block < blocks; ++block) {
       joints_.push_back({.node = from, .block = static_cast<std::ptrdiff_t>(blocks_)});
-      joint_spans_.push_back(span);
       ++blocks_;
       from += elements;
     }
@@ -226,7 +218,6 @@ void ChainSolver::add_stretch(const LineData& line, std::size_t from, std::size_
   }
   for (; from < to; ++from) {
     joints_.push_back({.node = from});
-    joint_spans_.push_back(0);
   }
 }
 
@@ -238,6 +229,7 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
   Square passed = kIdentity;  // what has come through from the piece's first node
   long double det_passed = 1;
   bool free_start = false;
+  auto run = runs_.begin();  // of the last stretch passed
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     Joint& joint = joints_[j];
     const std::size_t i = joint.node;
@@ -313,7 +305,10 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
     }
     piece.shortest = std::min(piece.shortest, decay);
     const bool plain = joint.block < 0;
-    const chain::Span* span = plain ? nullptr : &spans_[joint_spans_[j]];
+    if (!plain && static_cast<std::size_t>(joint.block) == run->block + run->blocks) {
+      ++run;
+    }
+    const chain::Span* span = plain ? nullptr : &spans_[run->span];
     const Square transfer = plain ? element_transfer(right) : span->transfer();
     const Symmetric added = plain ? element_compliance(right) : span->compliance();
     const Symmetric stiff = plain ? Symmetric{} : span->stiffness();
@@ -329,7 +324,6 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
     det_passed *= det_transfer * combined.shrink;
     compliance_here = carry(transfer, det_transfer, combined.value, {added, added[0] * added[2] - added[1] * added[1]});
   }
-  joint_spans_ = {};
   piece.transfer = passed;
   piece.det_transfer = det_passed;
   piece.compliance = p;
@@ -339,7 +333,7 @@ ChainSolver::Piece ChainSolver::factor(const LineData& line) {
 
 /// Weights of what all ranks show in (state after, force and moment after) the first node of rank `boundary`.
 std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::vector<Piece>& pieces,
-                                                                   std::size_t boundary) const {
+                                                                   std::size_t boundary) {
   std::vector<std::array<long double, 4>> rows(4 * pieces.size());
   if (boundary == pieces.size()) {
     return rows;
@@ -397,11 +391,11 @@ std::vector<std::array<long double, 4>> ChainSolver::boundary_rows(const std::ve
   return rows;
 }
 
-void ChainSolver::couple(const LineData& line, const Piece& own) {
+void ChainSolver::couple(const Piece& own) {
   static_assert(sizeof(Piece) % sizeof(long double) == 0);
   constexpr int kSize = sizeof(Piece) / sizeof(long double);
   std::vector<Piece> pieces(static_cast<std::size_t>(ranks_));
-  MPI_Allgather(&own, kSize, MPI_LONG_DOUBLE, pieces.data(), kSize, MPI_LONG_DOUBLE, line.comm);
+  MPI_Allgather(&own, kSize, MPI_LONG_DOUBLE, pieces.data(), kSize, MPI_LONG_DOUBLE, comm_);
   const Piece& slowest = *std::ranges::max_element(pieces, {}, &Piece::decay);
   const long double length = slowest.decay;
   for (const Piece& piece : pieces) {
@@ -596,7 +590,7 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Bou
 }
 
 template <std::size_t Width>
-void ChainSolver::write(std::size_t j, const chain::Column* columns) const {
+void ChainSolver::write(std::size_t j, const chain::Column* columns) {
   const Joint& joint = joints_[j];
   if (joint.node == nodes_) {
     return;

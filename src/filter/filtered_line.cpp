@@ -443,22 +443,20 @@ void FilteredLine::solve_by_chain(std::span<const chain::Column> columns) {
     solves_ += static_cast<PetscInt>(columns.size());
     return;
   }
-  // The first column's solution is put into the operator that the solver has never seen.
-  std::vector<chain::Column> checked(columns.begin(), columns.end());
-  if (checked[0].moment == nullptr) {
+  // The first column's solution, with its moments, is put into the operator that the solver has never seen.
+  chain::Column checked = columns.front();
+  if (checked.moment == nullptr) {
     checked_moment_.resize(mass_.size());
-    checked[0].moment = checked_moment_.data();
-    chain_->solve({checked.data(), 1});
-    chain_->solve(columns.subspan(1));
-  } else {
-    chain_->solve(checked);
+    checked.moment = checked_moment_.data();
   }
+  chain_->solve({&checked, 1});
+  chain_->solve(columns.subspan(1));
   solves_ += static_cast<PetscInt>(columns.size());
-  right_hand_side(checked[0]);
+  right_hand_side(checked);
   double* unknowns = nullptr;
   UDAR_CALL(VecGetArrayWrite(unknowns_, &unknowns));
   for (std::size_t i = 0; i < mass_.size(); ++i) {
-    const std::array<double, 2> values{checked[0].stretch[i], checked[0].moment[i]};
+    const std::array<double, 2> values{checked.stretch[i], checked.moment[i]};
     for (std::size_t a = 0; a < 2; ++a) {
       unknowns[2 * i + a] = line_.scale[2 * i + a] != 0.0 ? values[a] / line_.scale[2 * i + a] : 0.0;
     }

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
-#include <utility>
 
 #include "udar/petsc/error.hpp"
 
@@ -18,24 +16,16 @@ using EigenSolver = petsc::Handle<EPS, EPSDestroy>;
 struct FilterOperator {
   FilteredLine* line;
   std::vector<double> displacement;
-  std::vector<double> no_force;
   std::vector<double> stretch;
-  std::vector<double> moment;
-  std::exception_ptr failure;
 
-  explicit FilterOperator(FilteredLine& filtered) : line{&filtered} {
-    const std::size_t count = filtered.mass().size();
-    displacement.resize(count);
-    no_force.assign(count, 0.0);
-    stretch.resize(count);
-    moment.resize(count);
-  }
+  explicit FilterOperator(FilteredLine& filtered)
+      : line{&filtered}, displacement(filtered.mass().size()), stretch(filtered.mass().size()) {}
   void apply(const double* x, double* y) {
     const auto mass = line->mass();
     for (std::size_t i = 0; i < mass.size(); ++i) {
       displacement[i] = x[i] / std::sqrt(mass[i]);
     }
-    line->solve(displacement, no_force, stretch, moment);
+    line->solve(displacement, {}, stretch, {});
     for (std::size_t i = 0; i < mass.size(); ++i) {
       y[i] = -stretch[i] * std::sqrt(mass[i]);
     }
@@ -50,12 +40,7 @@ PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
   PetscCall(MatShellGetContext(matrix, static_cast<void*>(&context)));
   PetscCall(VecGetArrayRead(x, &from));
   PetscCall(VecGetArray(y, &to));
-  try {
-    context->apply(from, to);
-  } catch (...) {
-    context->failure = std::current_exception();
-    PetscFunctionReturn(PETSC_ERR_USER);
-  }
+  PetscCall(petsc::guarded([&] { context->apply(from, to); }));
   PetscCall(VecRestoreArray(y, &to));
   PetscCall(VecRestoreArrayRead(x, &from));
   PetscFunctionReturn(0);
@@ -83,11 +68,7 @@ std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
   UDAR_CALL(EPSSetDimensions(solver, std::min(count + rigid_modes, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
   UDAR_CALL(EPSSetTolerances(solver, 1e-10, PETSC_DEFAULT));
   UDAR_CALL(EPSSetFromOptions(solver));
-  const PetscErrorCode code = EPSSolve(solver);
-  if (context.failure) {
-    std::rethrow_exception(std::exchange(context.failure, nullptr));
-  }
-  UDAR_CALL(code);
+  UDAR_CALL(EPSSolve(solver));
 
   PetscInt converged = 0;
   UDAR_CALL(EPSGetConverged(solver, &converged));

@@ -29,6 +29,10 @@ REFUSED = {
     "zero_elements": ({"beam_elements": 0}, ["-beam_elements", "0"]),
     "negative_elements": ({"beam_elements": -5}, ["-beam_elements", "-5"]),
     "half_an_element": ({"beam_elements": 2.5}, ["-beam_elements", "2.5", "whole"]),
+    "elements_beyond_the_index_range": (
+        {"beam_elements": 1100000000},
+        ["-beam_elements", "1100000000", "at most 1073741822", "32 bits"],
+    ),
     "too_many_elements": ({"beam_elements": 99999999999}, ["-beam_elements", "99999999999"]),
     "zero_density": ({"beam_density": 0}, ["-beam_density", "0", "> 0", "[kg/m^3]"]),
     "wrong_section": ({"beam_section": "hexagon"}, ["-beam_section", "hexagon", "circle"]),

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -174,7 +173,6 @@ class ImpactDynamics {
   bool started_ = false;
   bool restored_ = false;
   bool completed_ = false;
-  std::exception_ptr failure_;
 };
 
 }  // namespace udar

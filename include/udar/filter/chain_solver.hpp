@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -100,15 +101,16 @@ class ChainSolver {
   /// State (w, theta) after a rank's first node, force and moment after the next rank's first node; SI.
   using Boundary = std::array<double, 4>;
 
+  /// Where each kind of stretch is in `spans_`.
+  using Known = std::map<chain::SpanKey, std::size_t>;
   void cut(const LineData& line);
-  void add_stretch(const LineData& line, std::size_t from, std::size_t to);
-  std::size_t span_index(const chain::SpanKey& key);
+  void add_stretch(const LineData& line, std::size_t from, std::size_t to, Known& known);
   Piece factor(const LineData& line);
-  void couple(const LineData& line, const Piece& own);
-  [[nodiscard]] std::vector<std::array<long double, 4>> boundary_rows(const std::vector<Piece>& pieces,
-                                                                      std::size_t boundary) const;
+  void couple(const Piece& own);
+  [[nodiscard]] static std::vector<std::array<long double, 4>> boundary_rows(const std::vector<Piece>& pieces,
+                                                                             std::size_t boundary);
   template <std::size_t Width>
-  [[nodiscard]] JointState<Width>* states() const {
+  [[nodiscard]] JointState<Width>* states() {
     return reinterpret_cast<JointState<Width>*>(joint_states_.data());
   }
   /// What a column has at the first nodes of the next rank.
@@ -125,7 +127,7 @@ class ChainSolver {
   template <std::size_t Width>
   std::array<Boundary, Width> exchange(const std::array<Boundary, Width>& own) const;
   template <std::size_t Width>
-  void write(std::size_t j, const chain::Column* columns) const;
+  void write(std::size_t j, const chain::Column* columns);
 
   static constexpr chain::Ends kNothing{};
 
@@ -137,11 +139,10 @@ class ChainSolver {
   std::vector<chain::Span> spans_;
   std::vector<Run> runs_;
   std::vector<Joint> joints_;
-  std::vector<std::size_t> joint_spans_;     // of each joint's block, for the set-up
   std::vector<std::array<double, 4>> rows_;  // of what each rank shows (4 a rank), to the four of `Boundary`
   std::vector<chain::Ends> shown_;           // kBatch times blocks_
   std::vector<chain::Ends> told_;
-  mutable std::vector<double> joint_states_;
+  std::vector<double> joint_states_;
   std::vector<double> scratch_;
   Report report_;
 };

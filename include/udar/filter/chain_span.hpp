@@ -3,6 +3,7 @@
 /// The chain recursion on stretches of equal elements, several of them side by side in SIMD lanes.
 
 #include <array>
+#include <compare>
 #include <cstddef>
 #include <vector>
 
@@ -34,7 +35,7 @@ struct SpanKey {
   double filter_stiffness = 0.0;  ///< of each inner node [N/m]
   double ground_stiffness = 0.0;
   std::array<double, 2> scale{};  ///< of each inner node's unknowns
-  bool operator==(const SpanKey&) const = default;
+  auto operator<=>(const SpanKey&) const = default;
 };
 
 /// @brief One stretch of equal elements, factored: its gains and its response to what acts at the inner nodes.

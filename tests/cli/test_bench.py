@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""udar-bench prints what its manual says, and its figures hang together."""
+
+import json
+import os
+import pathlib
+import re
+import subprocess
+import unittest
+
+from common import ENVIRONMENT, UDAR
+
+BENCH = str(pathlib.Path(UDAR).with_name("udar-bench"))
+
+
+def bench(*arguments, ranks=1):
+    start = [os.environ.get("MPIEXEC", "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
+    line = start + [BENCH, "-skip_petscrc", *arguments]
+    return subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, timeout=120, check=False)
+
+
+class Solve(unittest.TestCase):
+    def check(self, ranks, *arguments):
+        result = bench("-bench_kind", "solve", "-beam_elements", "3000", "-bench_repeats", "3", *arguments, ranks=ranks)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = json.loads(result.stdout)
+        self.assertEqual((found["elements"], found["ranks"]), (3000, ranks))
+        for key in ("error", "error_offset_and_tilt"):
+            self.assertGreater(found[key], 0.0, key)  # round-off is never exactly nothing
+            self.assertLess(found[key], 1e-12, key)
+        # Displacements read twice and stretches written once, and something for the joints.
+        self.assertGreater(found["bytes_per_node"], 24.0)
+        stream = found["bytes_per_node"] / found["triad_bandwidth"] * 1e9
+        self.assertAlmostEqual(found["nanoseconds_per_node"] / stream / found["ratio_to_stream"], 1.0, places=6)
+        self.assertGreater(found["petsc_best"], 0.0)
+        self.assertLess(found["petsc"][found["petsc_best_name"]]["error"], 1e-11)
+        self.assertEqual(found["petsc_over_chain"], found["petsc"][found["petsc_best_name"]]["over_chain"])
+        return found
+
+    def test_one_rank(self):
+        self.assertEqual(self.check(1)["petsc_best_name"], "block-lu")
+
+    def test_two_ranks(self):
+        found = self.check(2, "-bench_petsc", "repeated-lu,mumps")
+        self.assertEqual(set(found["petsc"]), {"repeated-lu", "mumps"})
+        self.assertIn("one_rank_over_these", found)
+
+    def test_masses_over_decades(self):
+        uniform, spread = self.check(1), self.check(1, "-bench_mass_decades", "6")
+        # Every node is a joint then; 3000 equal ones share the factors of a few stretches.
+        self.assertGreater(spread["factor_bytes_per_node"], 5.0 * uniform["factor_bytes_per_node"])
+
+    def test_line_that_the_chain_cannot_carry(self):
+        result = bench("-beam_tension", "1e5")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("tension", result.stderr)
+
+
+class Accuracy(unittest.TestCase):
+    def test_table(self):
+        result = bench("-bench_kind", "accuracy", "-bench_elements", "100,10000", "-bench_repeats", "1")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        errors = {
+            line[:34].strip(): [float(error) for error in re.findall(r"(\S+) /", line[34:])]
+            for line in result.stdout.splitlines()[2:]
+        }
+        self.assertLess(max(errors["chain (default)"]), 1e-12)
+        self.assertLess(max(errors["mixed, BAIJ LU + refinement"]), 1e-12)
+        # What the page on performance says of the others.
+        self.assertGreater(errors["hermite, BAIJ LU + refinement"][1], 1e-5)
+        self.assertGreater(errors["mixed, AIJ LU (pointwise)"][1], 1e-9)
+
+
+class Refused(unittest.TestCase):
+    def test_bad_values(self):
+        for arguments, words in (
+            (["-bench_petsc", "lapack"], ["-bench_petsc", "lapack", "block-lu"]),
+            (["-bench_repeats", "0"], ["-bench_repeats", "0", ">= 1"]),
+            (["-bench_mass_decades", "6", "-beam_length", "1,2"], ["-beam_length", "one segment"]),
+            (["-beam_elements", "100", "-bench_repeat", "3"], ["-bench_repeat", "-bench_repeats"]),
+        ):
+            with self.subTest(arguments=arguments):
+                result = bench(*arguments)
+                self.assertEqual(result.returncode, 1)
+                for word in words:
+                    self.assertIn(word, result.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
