@@ -50,11 +50,10 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   const MassState masses = initial_masses(beam, input.initial);
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
-  for (const ContactPoint& point : contact_points(beam, input.supports)) {
-    const auto node = static_cast<std::size_t>(point.local_node);
-    if (point.side > 0.0) {
+  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+    for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
-      drop = std::min(drop, masses.position[node] - point.height);
+      drop = std::min(drop, masses.position[node] - run.height);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());

@@ -30,8 +30,8 @@ BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support
   return beam.nodes_within(support.position - 0.5 * support.width, support.position + 0.5 * support.width);
 }
 
-std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports) {
-  std::vector<ContactPoint> points;
+std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports) {
+  std::vector<ContactRun> runs;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
     std::ostringstream on_beam;
@@ -45,18 +45,27 @@ std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vecto
     const auto [first, last] = touched_nodes(beam, support);
     require(first <= last, "-support_width", support.width,
             "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
-    for (PetscInt node = std::max(first, beam.begin()); node <= std::min(last, beam.end() - 1); ++node) {
-      if (beam.held(node)) {
-        continue;  // a mass on a held end never moves
-      }
-      points.push_back({.local_node = node - beam.begin(),
+    const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
+      if (from < to) {
+        runs.push_back({.first = static_cast<std::size_t>(from - beam.begin()),
+                        .last = static_cast<std::size_t>(to - beam.begin()),
                         .support = static_cast<PetscInt>(index),
                         .side = static_cast<double>(support.side),
                         .height = support.height,
                         .restitution = support.restitution});
+      }
+    };
+    PetscInt from = std::max(first, beam.begin());
+    const PetscInt end = std::min(last + 1, beam.end());
+    for (PetscInt node = from; node < end; ++node) {
+      if (beam.held(node)) {  // its mass never moves
+        add(from, node);
+        from = node + 1;
+      }
     }
+    add(from, end);
   }
-  return points;
+  return runs;
 }
 
 }  // namespace udar

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "support/steel_beam.hpp"
 #include "udar/contact/impact_law.hpp"
@@ -41,36 +42,41 @@ TEST(ImpactLaw, RestsWhenTheNextHopIsNegligible) {
   EXPECT_FALSE(resolve_contact(mass, 0.5, 4e-11).rests);
 }
 
-TEST(ContactPoints, TakeEveryNodeWithinTheWidthEdgesIncluded) {
+TEST(ContactRuns, TakeEveryNodeWithinTheWidthEdgesIncluded) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  const auto points = contact_points(beam, {{.position = 2.0, .width = 1.0}});
-  ASSERT_EQ(points.size(), 3U);
-  EXPECT_EQ(points.front().local_node, 3);
-  EXPECT_EQ(points.back().local_node, 5);
-  EXPECT_EQ(contact_points(beam, {{.position = 0.0, .width = 1.0}}).size(), 2U);
+  const auto runs = contact_runs(beam, {{.position = 2.0, .width = 1.0}});
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs.front().first, 3U);
+  EXPECT_EQ(runs.front().last, 6U);
+  EXPECT_EQ(contact_runs(beam, {{.position = 0.0, .width = 1.0}}).front().last, 2U);
 }
 
-TEST(ContactPoints, TakeTheNearestNodeOfAPointSupport) {
+TEST(ContactRuns, TakeTheNearestNodeOfAPointSupport) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  EXPECT_EQ(contact_points(beam, {{.position = 2.2}}).front().local_node, 4);
-  EXPECT_EQ(contact_points(beam, {{.position = 2.3}}).front().local_node, 5);
-  EXPECT_EQ(contact_points(beam, {{.position = 2.25}}).front().local_node, 4);
+  for (const auto& [position, node] : {std::pair{2.2, 4U}, std::pair{2.3, 5U}, std::pair{2.25, 4U}}) {
+    const ContactRun run = contact_runs(beam, {{.position = position}}).front();
+    EXPECT_EQ(run.first, node);
+    EXPECT_EQ(run.last, node + 1);
+  }
 }
 
-TEST(ContactPoints, LeaveOutAHeldEnd) {
+TEST(ContactRuns, LeaveOutHeldNodes) {
   BeamParameters parameters = test::steel_beam(4);
   parameters.left = test::kPinned;
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  EXPECT_EQ(contact_points(beam, {Support::floor(0.0, 1.0)}).size(), 4U);
+  const auto runs = contact_runs(beam, {Support::floor(0.0, 1.0)});
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs.front().first, 1U);
+  EXPECT_EQ(runs.front().last, 5U);
 }
 
-TEST(ContactPoints, RefuseWhatCannotBeASupport) {
+TEST(ContactRuns, RefuseWhatCannotBeASupport) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  EXPECT_THROW((void)contact_points(beam, {{.position = -0.1}}), InputError);
-  EXPECT_THROW((void)contact_points(beam, {{.position = 10.1}}), InputError);
-  EXPECT_THROW((void)contact_points(beam, {{.position = 2.25, .width = 0.1}}), InputError);
-  EXPECT_THROW((void)contact_points(beam, {{.position = 2.0, .restitution = 1.1}}), InputError);
-  EXPECT_THROW((void)contact_points(beam, {{.position = 2.0, .height = std::numeric_limits<double>::quiet_NaN()}}),
+  EXPECT_THROW((void)contact_runs(beam, {{.position = -0.1}}), InputError);
+  EXPECT_THROW((void)contact_runs(beam, {{.position = 10.1}}), InputError);
+  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.25, .width = 0.1}}), InputError);
+  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .restitution = 1.1}}), InputError);
+  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .height = std::numeric_limits<double>::quiet_NaN()}}),
                InputError);
 }
 

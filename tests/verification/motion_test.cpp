@@ -11,6 +11,7 @@
 #include "support/dense.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
+#include "udar/contact/gap.hpp"
 
 namespace udar {
 namespace {

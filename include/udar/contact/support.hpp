@@ -2,6 +2,7 @@
 /// @file
 /// Rigid supports and the nodes they can touch.
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -33,23 +34,23 @@ struct Support {
   }
 };
 
-/// @brief One mass that may touch one support.
-struct ContactPoint {
-  PetscInt local_node = 0;  ///< on this rank
-  PetscInt support = 0;     ///< index of the support
-  double side = 1.0;        ///< +1 support below, -1 above: gap = side (y - height)
-  double height = 0.0;      ///< [m]
+/// @brief A row of this rank's nodes that may touch one support.
+struct ContactRun {
+  std::size_t first = 0;  ///< local node
+  std::size_t last = 0;   ///< one past the last local node
+  PetscInt support = 0;   ///< index of the support
+  double side = 1.0;      ///< +1 support below, -1 above: gap = side (y - height)
+  double height = 0.0;    ///< [m]
   double restitution = 1.0;
-  bool resting = false;  ///< the mass is at rest on the support
 };
 
 /// @brief The nodes a support touches: [first, last], empty if first > last.
 [[nodiscard]] BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support);
 
-/// @brief This rank's contact points, by support, then by node.
+/// @brief The rows of this rank's nodes that may touch a support, by support, held nodes left out.
 /// @note Not collective.
 /// @throws InputError naming option, value and range if a support is off the beam, touches no node or has e outside [0,
 /// 1]
-[[nodiscard]] std::vector<ContactPoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports);
+[[nodiscard]] std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports);
 
 }  // namespace udar

@@ -1,0 +1,139 @@
+#pragma once
+/// @file
+/// What the masses do on their supports: who rests where, and what happened in the step in progress.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/contact/support.hpp"
+#include "udar/dynamics/observer.hpp"
+#include "udar/filter/filtered_line.hpp"
+
+namespace udar {
+
+/// @brief What shapes the treatment of contact.
+struct ContactParameters {
+  double hop_tolerance = 1e-10;  ///< a mass whose next hop would stay below this rests instead [m], > 0
+};
+
+/// @brief Sums of contact over the whole run so far; equal on every rank.
+struct ContactCounts {
+  PetscInt impacts = 0;
+  PetscInt rests = 0;
+  PetscInt releases = 0;
+  PetscInt resting = 0;              ///< masses at rest now
+  double first_contact_time = -1.0;  ///< [s]; negative: none yet
+  double last_contact_time = -1.0;   ///< last impact, or last instant some mass rested [s]; negative: none yet
+  double lost = 0.0;                 ///< energy lost in impacts and rests [J]
+};
+
+/// @brief Smallest distance of the line from a support, over all contact points and steps.
+struct LineGap {
+  double gap = 0.0;   ///< [m]; negative: the line sank through
+  double x = 0.0;     ///< [m]
+  double time = 0.0;  ///< [s]
+};
+
+/// @brief The state of contact of this rank's nodes, and a journal of the step in progress.
+///
+/// An integrator writes impacts, rests and releases into the journal as it finds them; `commit` adds them up over the
+/// ranks and ends the step, `undo` takes them back.
+class ContactState {
+ public:
+  /// @param mass [kg], local nodes; must outlive this object
+  /// @throws InputError as `contact_runs`
+  ContactState(const BeamChain& beam, std::span<const double> mass, std::vector<Support> supports,
+               ContactParameters parameters);
+
+  [[nodiscard]] const std::vector<Support>& supports() const noexcept { return supports_; }
+  [[nodiscard]] const std::vector<ContactRun>& runs() const noexcept { return runs_; }
+  [[nodiscard]] const ContactParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] const ContactCounts& counts() const noexcept { return counts_; }
+
+  [[nodiscard]] bool resting(std::size_t node) const { return resting_[node] != 0; }
+  [[nodiscard]] bool resting_on(std::size_t node, const ContactRun& run) const {
+    return resting_[node] == run.support + 1;
+  }
+  /// Whether any mass of this rank rests now.
+  [[nodiscard]] bool any_resting() const noexcept { return local_resting_ > 0; }
+  /// How far from its support a mass still counts as on it [m], positions of about `position` [m].
+  [[nodiscard]] double together(double position, double height) const;
+
+  /// @name The journal of the step. Not collective.
+  /// @{
+  /// @param before, after velocity of the mass [m/s], y up @param loss [J]
+  void hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss);
+  /// @param loss of energy besides that of an impact [J]
+  void rest(const ContactRun& run, std::size_t node, double time, double loss = 0.0);
+  void release(const ContactRun& run, std::size_t node, double time);
+  /// Adds what a support gave without an impact [N s], y up.
+  void press(PetscInt support, double impulse) { impulse_[static_cast<std::size_t>(support)] += impulse; }
+  /// Offers a distance of the line from a support. @param gap [m]
+  void line_at(double gap, std::size_t node, double time);
+  /// Whether a gap would be the smallest so far.
+  [[nodiscard]] bool smallest(double gap) const noexcept { return gap < line_gap_.gap; }
+  /// @}
+
+  /// @brief Applies the law to every mass on its support at one instant, and releases those that are due to lift.
+  /// @param due  per local node: index + 1 of the support whose gap closes or from which the mass lifts now; 0: none
+  /// @param acceleration  over `stretch`: wf^2 [1/s^2]
+  /// @param[in,out] position, velocity, stretch of the local nodes [m], [m/s], [m]
+  void resolve(double time, std::span<const std::int32_t> due, double acceleration, std::span<double> position,
+               std::span<double> velocity, std::span<double> stretch);
+
+  /// @brief Ends the step: what `sums` holds besides is added up in the same reduction.
+  /// @note Collective: one reduction, one more if there were events.
+  void commit(double time, std::span<double> sums);
+  /// Takes back everything since the last `commit`.
+  void undo();
+  /// Events of the step that `commit` ended, this rank's, by time.
+  [[nodiscard]] std::span<const ImpactRecord> impacts() const noexcept { return impacts_; }
+  [[nodiscard]] std::span<const RestRecord> rests() const noexcept { return rests_; }
+  /// Whether that step had events on any rank.
+  [[nodiscard]] bool any_events() const noexcept { return any_events_; }
+  /// Begins a new step.
+  void begin_step();
+
+  /// y-up impulse of every support on the masses so far [N s]. @note Collective.
+  [[nodiscard]] std::vector<double> support_impulses() const;
+  /// @note Collective; meaningless without supports.
+  [[nodiscard]] LineGap smallest_line_gap() const;
+
+  /// @name For a restart. Index of the support + 1 for each local node, 0 where the mass moves.
+  /// @{
+  [[nodiscard]] const std::vector<std::int32_t>& resting_supports() const noexcept { return resting_; }
+  void restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
+               std::span<const double> impulses);
+  /// @}
+
+ private:
+  void set_resting(std::size_t node, PetscInt support);
+
+  const BeamChain* beam_;
+  std::span<const double> mass_;
+  std::vector<Support> supports_;
+  ContactParameters parameters_;
+  std::vector<ContactRun> runs_;
+  std::vector<std::int32_t> resting_;
+  std::size_t local_resting_ = 0;
+  std::vector<double> impulse_;  // per support, local share
+  LineGap line_gap_;             // local smallest
+  ContactCounts counts_;
+
+  struct Change {
+    std::size_t node;
+    std::int32_t before;
+  };
+  std::vector<Change> changes_;
+  std::vector<ImpactRecord> impacts_;
+  std::vector<RestRecord> rests_;
+  std::vector<double> impulse_before_;
+  LineGap line_gap_before_;
+  double lost_ = 0.0;
+  bool any_events_ = false;
+};
+
+}  // namespace udar

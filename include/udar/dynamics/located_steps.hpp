@@ -1,0 +1,84 @@
+#pragma once
+/// @file
+/// Impacts located on the steps of PETSc's explicit integrators.
+
+#include <cstdint>
+#include <vector>
+
+#include "udar/contact/gap.hpp"
+#include "udar/dynamics/stepper.hpp"
+#include "udar/petsc/handle.hpp"
+
+namespace udar {
+
+/// @brief Lets TSRK, TSEULER and TSSSP meet impacts.
+///
+/// After every accepted step the end state is surveyed on the step's dense output. If a gap closes or a resting mass
+/// lifts inside it, the step is taken back and repeated with exactly the length that leads to the first such instant,
+/// corrected until the instant is met to round-off; then all masses that are there get their new velocities and the
+/// integrator restarts. Source: docs/theory.md, "Contact in the post-step".
+class LocatedSteps final : public Stepper {
+ public:
+  /// Sets the right-hand side of `stepper`, whose solution vector is set: Ym, then Vm of the local nodes.
+  LocatedSteps(TS stepper, const ImpactProblem& problem);
+
+  void start(const LineState& line) override;
+  void begin_step() override;
+  double end_step() override;
+  void apply_events() override;
+  void return_to_start() override;
+  [[nodiscard]] double next_step() const override { return next_step_; }
+  void masses(double time, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override;
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override;
+  [[nodiscard]] PetscInt repeated_steps() const override { return repeated_steps_; }
+  [[nodiscard]] PetscInt evaluations() const override { return evaluations_; }
+  void save(MotionState& state) const override;
+  void restore(const MotionState& state) override;
+
+ private:
+  struct Candidate {
+    const ContactRun* run;
+    std::size_t node;
+    double time;   // on the dense output [s]
+    double slope;  // of the stretch at a release [m/s]
+  };
+
+  void right_hand_side(double time, Vec state, Vec rate);
+  void load_end(double time);
+  double survey(double length);
+  void survey(const ContactRun& run, std::size_t node, double length);
+  double hit(double event_time, double step_end);
+  [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
+  double repeat_step(double time);
+  void track_contact();
+  [[nodiscard]] Kinematics kinematics(std::size_t node, const double* state, const LineState& line) const;
+  [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
+  [[nodiscard]] double line_gap(const ContactRun& run, std::size_t node, double theta) const;
+  static PetscErrorCode rhs_callback(TS stepper, PetscReal time, Vec state, Vec rate, void* context);
+
+  TS stepper_;
+  Equations* equations_;
+  ContactState* contact_;
+  std::size_t count_;
+  double wf2_;
+  bool first_stage_at_start_ = false;
+  bool last_stage_at_end_ = false;
+  Vec state_ = nullptr;
+  petsc::Vector start_state_;
+  LineState start_;
+  LineState end_;
+  LineState last_;                  // of the last right-hand side
+  std::vector<double> start_rate_;  // d' [m/s], kept only while a mass rests
+  std::vector<double> end_rate_;
+  bool start_rate_valid_ = false;
+  const double* start_values_ = nullptr;  // of start_state_ and state_
+  const double* end_values_ = nullptr;
+  double next_step_ = 0.0;
+  bool event_ = false;
+  std::vector<Candidate> candidates_;
+  PetscInt repeated_steps_ = 0;
+  PetscInt evaluations_ = 0;
+};
+
+}  // namespace udar

@@ -1,0 +1,82 @@
+#pragma once
+/// @file
+/// What a run asks of whatever advances the masses, and what that needs to know.
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/dynamics/contact_state.hpp"
+#include "udar/dynamics/equations.hpp"
+
+namespace udar {
+
+/// @brief Everything needed to go on from a step's end as if nothing had happened.
+struct MotionState {
+  std::map<std::string, std::vector<double>> fields;  ///< one value per local node
+  std::map<std::string, double> scalars;              ///< equal on every rank
+  std::map<std::string, std::vector<double>> tables;  ///< equal on every rank
+
+  /// @throws InputError naming -restart_file if it is missing or, for a field, not of `size`
+  [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size) const;
+  [[nodiscard]] double scalar(const std::string& name) const;
+};
+
+/// @brief How large the motion is; tolerances relative to it cost no steps where something crosses zero.
+struct MotionScale {
+  double length = 1.0;    ///< [m]
+  double velocity = 1.0;  ///< [m/s]
+};
+
+/// @brief What the integrators advance: the masses on their line, and who touches what.
+struct ImpactProblem {
+  Equations* equations = nullptr;
+  ContactState* contact = nullptr;
+  MotionScale scale{};
+};
+
+/// @brief The dense output of the last step and its end; one implementation for each way to meet impacts.
+class Stepper {
+ public:
+  Stepper() = default;
+  Stepper(const Stepper&) = delete;
+  Stepper& operator=(const Stepper&) = delete;
+  virtual ~Stepper() = default;
+
+  /// @brief Takes up the motion at the state of the TS and of contact. @param line where the line stands there
+  /// @note Collective.
+  virtual void start(const LineState& line) = 0;
+  /// @brief The next step starts from the state of the TS and of contact. @note Collective.
+  virtual void begin_step() = 0;
+  /// @brief Ends the step that the TS has taken, at its end or earlier. @return its end [s] @note Collective.
+  virtual double end_step() = 0;
+  /// @brief Brings the state of the TS and of contact past the events at the end, if that is not yet done.
+  virtual void apply_events() = 0;
+  /// Takes the whole step back.
+  virtual void return_to_start() = 0;
+  /// Step length to go on with [s], before limits from outside.
+  [[nodiscard]] virtual double next_step() const = 0;
+
+  /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
+  virtual void masses(double time, std::span<double> position, std::span<double> velocity,
+                      std::span<std::uint8_t> resting) const = 0;
+  /// @brief Integral of Yc [m s] at a local node that has a load, from the start of the step to a time within it.
+  [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
+
+  /// Steps taken again to end at an event.
+  [[nodiscard]] virtual PetscInt repeated_steps() const { return 0; }
+  /// Evaluations of the acceleration that a right-hand side asked for.
+  [[nodiscard]] virtual PetscInt evaluations() const { return 0; }
+
+  /// What must be kept, besides masses and contact, to go on bit for bit. Called between steps.
+  virtual void save(MotionState& state) const = 0;
+  virtual void restore(const MotionState& state) = 0;
+};
+
+/// How far two times may differ and still be the same instant [s].
+[[nodiscard]] double time_resolution(double time);
+
+}  // namespace udar

@@ -1,0 +1,208 @@
+#include "udar/dynamics/contact_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "udar/contact/impact_law.hpp"
+
+namespace udar {
+namespace {
+
+// Masses within this share of the hop tolerance touch together.
+constexpr double kTogether = 1e-2;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, std::vector<Support> supports,
+                           ContactParameters parameters)
+    : beam_{&beam},
+      mass_{mass},
+      supports_{std::move(supports)},
+      parameters_{parameters},
+      runs_{contact_runs(beam, supports_)},
+      resting_(mass.size(), 0),
+      impulse_(supports_.size(), 0.0) {
+  line_gap_.gap = std::numeric_limits<double>::infinity();
+  begin_step();
+}
+
+double ContactState::together(double position, double height) const {
+  return std::max(kTogether * parameters_.hop_tolerance,
+                  8.0 * kEpsilon * std::max(std::abs(position), std::abs(height)));
+}
+
+void ContactState::set_resting(std::size_t node, PetscInt support) {
+  changes_.push_back({.node = node, .before = resting_[node]});
+  resting_[node] = support + 1;
+  local_resting_ += support >= 0 ? 1 : -1;
+}
+
+void ContactState::hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss) {
+  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  const double impulse = mass_[node] * (after - before);
+  impacts_.push_back({.time = time,
+                      .node = global,
+                      .x = beam_->position(global),
+                      .support = run.support,
+                      .velocity_before = before,
+                      .velocity_after = after,
+                      .impulse = impulse,
+                      .energy_loss = loss});
+  press(run.support, impulse);
+  lost_ += loss;
+}
+
+void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {
+  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  rests_.push_back(
+      {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = false});
+  set_resting(node, run.support);
+  lost_ += loss;
+}
+
+void ContactState::release(const ContactRun& run, std::size_t node, double time) {
+  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  rests_.push_back(
+      {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = true});
+  set_resting(node, -1);
+}
+
+void ContactState::line_at(double gap, std::size_t node, double time) {
+  if (smallest(gap)) {
+    line_gap_ = {.gap = gap, .x = beam_->position(beam_->begin() + static_cast<PetscInt>(node)), .time = time};
+  }
+}
+
+void ContactState::resolve(double time, std::span<const std::int32_t> due, double acceleration,
+                           std::span<double> position, std::span<double> velocity, std::span<double> stretch) {
+  for (const ContactRun& run : runs_) {
+    for (std::size_t node = run.first; node < run.last; ++node) {
+      const bool is_due = !due.empty() && due[node] == run.support + 1;
+      if (resting(node)) {
+        if (is_due && resting_on(node, run)) {
+          stretch[node] = 0.0;
+          release(run, node, time);
+        }
+        continue;
+      }
+      const double gap = run.side * (position[node] - run.height);
+      if (gap > together(position[node], run.height) && !is_due) {
+        continue;
+      }
+      const TouchingMass mass{.velocity = run.side * velocity[node],
+                              .acceleration = run.side * acceleration * stretch[node],
+                              .mass = mass_[node]};
+      const ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance);
+      if (!outcome.impact && !outcome.rests) {
+        continue;
+      }
+      if (outcome.impact) {
+        hit(run, node, time, velocity[node], run.side * outcome.velocity, outcome.energy_loss);
+      }
+      position[node] = run.height;
+      velocity[node] = run.side * outcome.velocity;
+      if (outcome.rests) {
+        rest(run, node, time, outcome.impact ? 0.0 : outcome.energy_loss);
+      }
+    }
+  }
+}
+
+void ContactState::begin_step() {
+  changes_.clear();
+  impacts_.clear();
+  rests_.clear();
+  lost_ = 0.0;
+  impulse_before_ = impulse_;
+  line_gap_before_ = line_gap_;
+  any_events_ = false;
+}
+
+void ContactState::undo() {
+  for (auto change = changes_.rbegin(); change != changes_.rend(); ++change) {
+    local_resting_ += (change->before != 0 ? 1 : 0) - (resting_[change->node] != 0 ? 1 : 0);
+    resting_[change->node] = change->before;
+  }
+  impulse_ = impulse_before_;
+  line_gap_ = line_gap_before_;
+  begin_step();
+}
+
+void ContactState::commit(double time, std::span<double> sums) {
+  const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };
+  std::ranges::stable_sort(impacts_, earlier);
+  std::ranges::stable_sort(rests_, earlier);
+  const auto releases = std::ranges::count_if(rests_, &RestRecord::release);
+  std::vector<double> all{static_cast<double>(impacts_.size()),
+                          static_cast<double>(rests_.size()) - static_cast<double>(releases),
+                          static_cast<double>(releases), lost_};
+  all.insert(all.end(), sums.begin(), sums.end());
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
+  std::copy(all.begin() + 4, all.end(), sums.begin());
+  counts_.impacts += static_cast<PetscInt>(all[0]);
+  counts_.rests += static_cast<PetscInt>(all[1]);
+  counts_.releases += static_cast<PetscInt>(all[2]);
+  const bool rested = counts_.resting > 0;
+  counts_.resting += static_cast<PetscInt>(all[1] - all[2]);
+  counts_.lost += all[3];
+  any_events_ = all[0] + all[1] + all[2] > 0.0;
+  if (any_events_) {
+    double first = std::numeric_limits<double>::infinity();
+    double last = -first;
+    for (const ImpactRecord& impact : impacts_) {
+      first = std::min(first, impact.time);
+      last = std::max(last, impact.time);
+    }
+    for (const RestRecord& rest : rests_) {
+      first = rest.release ? first : std::min(first, rest.time);
+      last = std::max(last, rest.time);
+    }
+    std::array<double, 2> extremes{-first, last};
+    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, beam_->comm());
+    if (counts_.first_contact_time < 0.0 && all[0] + all[1] > 0.0) {
+      counts_.first_contact_time = -extremes[0];
+    }
+    counts_.last_contact_time = extremes[1];
+  }
+  if (rested && counts_.resting > 0) {
+    counts_.last_contact_time = time;
+  }
+}
+
+std::vector<double> ContactState::support_impulses() const {
+  std::vector<double> sums = impulse_;
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
+  return sums;
+}
+
+LineGap ContactState::smallest_line_gap() const {
+  struct {
+    double gap;
+    int rank;
+  } smallest{.gap = line_gap_.gap, .rank = 0};
+  MPI_Comm_rank(beam_->comm(), &smallest.rank);
+  MPI_Allreduce(MPI_IN_PLACE, &smallest, 1, MPI_DOUBLE_INT, MPI_MINLOC, beam_->comm());
+  std::array<double, 3> place{line_gap_.gap, line_gap_.x, line_gap_.time};
+  MPI_Bcast(place.data(), static_cast<int>(place.size()), MPI_DOUBLE, smallest.rank, beam_->comm());
+  return {.gap = place[0], .x = place[1], .time = place[2]};
+}
+
+void ContactState::restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
+                           std::span<const double> impulses) {
+  resting_.assign(resting.begin(), resting.end());
+  local_resting_ = static_cast<std::size_t>(std::ranges::count_if(resting_, [](auto on) { return on != 0; }));
+  counts_ = counts;
+  line_gap_ = gap;
+  int rank = 0;
+  MPI_Comm_rank(beam_->comm(), &rank);
+  impulse_.assign(supports_.size(), 0.0);  // local shares: all on the first rank
+  if (rank == 0) {
+    impulse_.assign(impulses.begin(), impulses.end());
+  }
+  begin_step();
+}
+
+}  // namespace udar
