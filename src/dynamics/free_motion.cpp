@@ -1,154 +1,200 @@
 #include "udar/dynamics/free_motion.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 
 namespace udar {
 namespace {
 
-/// phi_0 = cos(x t), phi_(n+1) = integral of phi_n from 0 to t; phi_(-1) its derivative.
-double phi(int order, double x, double t) {
-  const double angle = x * t;
-  if (order <= 0) {
-    return order == 0 ? std::cos(angle) : -x * std::sin(angle);
+/// J_0(z) ... J_(2 pairs - 1)(z) by Miller's downward recurrence.
+std::vector<double> bessel(double z, std::size_t pairs) {
+  std::vector<double> values(2 * pairs, 0.0);
+  values[0] = 1.0;
+  if (z == 0.0) {
+    return values;
   }
-  // t^n sum_k (-angle^2)^k / (2k + n)!: closed forms cancel for small angles.
-  constexpr double kSmall = 1.0;
-  if (angle < kSmall) {
-    double term = 1.0;
-    for (int n = 1; n <= order; ++n) {
-      term *= t / n;
+  // From an order so high that what is left out does not count: beyond z the functions fall faster than 2^-order.
+  const auto top = std::max(2 * pairs, static_cast<std::size_t>(z)) + 60;
+  constexpr double kLarge = 1e200;
+  double above = 0.0;
+  double here = 1e-280;
+  double sum = 0.0;
+  for (std::size_t order = top; order > 0; --order) {
+    const double below = 2.0 * static_cast<double>(order) / z * here - above;
+    above = here;
+    here = below;
+    if (order - 1 < values.size()) {
+      values[order - 1] = here;
     }
-    double sum = 0.0;
-    for (int k = 0; std::abs(term) > 1e-18 * std::abs(sum); ++k) {
-      sum += term;
-      term *= -angle * angle / ((2 * k + order + 1) * (2 * k + order + 2));
+    if ((order - 1) % 2 == 0) {
+      sum += order == 1 ? here : 2.0 * here;
     }
-    return sum;
+    if (std::abs(here) > kLarge) {
+      above /= kLarge;
+      here /= kLarge;
+      sum /= kLarge;
+      for (double& value : values) {
+        value /= kLarge;
+      }
+    }
   }
-  switch (order) {
-    case 1:
-      return std::sin(angle) / x;
-    case 2:
-      return (1.0 - std::cos(angle)) / (x * x);
-    default:
-      return (t - std::sin(angle) / x) / (x * x);
+  for (double& value : values) {
+    value /= sum;
   }
-}
-
-double chebyshev_angle(std::size_t j, std::size_t points) {
-  return std::numbers::pi * (static_cast<double>(j) + 0.5) / static_cast<double>(points);
+  return values;
 }
 
 }  // namespace
 
-FreeMotion::FreeMotion(FilteredLine& line) : line_{&line} {}
+FreeMotion::FreeMotion(FilteredLine& line) : line_{&line}, count_{line.mass().size()} {}
 
-std::size_t FreeMotion::terms(double duration, double tolerance) const {
+double FreeMotion::reach(std::size_t terms, double tolerance) const {
   // cos(t sqrt(A)) = J_0 + 2 sum (-1)^k J_2k(wf t) T_k; the others are integrals of it over time, whose tails are
-  // smaller relative to t, t^2 / 2 and t^3 / 6. Beyond 2k = wf t the coefficients fall faster than geometrically by
-  // 1/2.
-  const double angle = line_->filter_frequency() * duration;
-  std::size_t count = static_cast<std::size_t>(0.5 * angle) + 1;
-  while (4.0 * std::abs(std::cyl_bessel_j(2.0 * static_cast<double>(count), angle)) > tolerance) {
-    ++count;
+  // smaller relative to t, t^2 / 2 and t^3 / 6. Below z = 2k the next terms fall by more than 1/2 each.
+  const double order = 2.0 * static_cast<double>(terms);
+  double low = 0.0;
+  double high = order;
+  for (int halving = 0; halving < 50; ++halving) {
+    const double middle = 0.5 * (low + high);
+    (4.0 * std::abs(std::cyl_bessel_j(order, middle)) > tolerance ? high : low) = middle;
   }
-  return count;
+  return low / line_->filter_frequency();
 }
 
-/// Chebyshev coefficients of phi_(sequence + derivative) for all sequences in turn, by interpolation in the Chebyshev
-/// points: what is left out is of the size of the first term left out.
-FreeMotion::Coefficients FreeMotion::coefficients(int derivative, double time) const {
+FreeMotion::Weights FreeMotion::weights(int derivative, double time) const {
+  // The coefficient of T_k in the n-fold integral of cos(t sqrt(A)) is (2 - delta_k0) (-1)^k wf^-n times the n-fold
+  // integral of J_2k, by  integral of J_m = 2 (J_(m+1) + J_(m+3) + ...).
   const double wf = line_->filter_frequency();
-  Coefficients result(sequences_ * terms_);
-  for (std::size_t j = 0; j < terms_; ++j) {
-    const double x = wf * std::cos(0.5 * chebyshev_angle(j, terms_));  // sqrt(A) where 2A/wf^2 - 1 = cos(angle)
-    for (std::size_t sequence = 0; sequence < sequences_; ++sequence) {
-      const double value = phi(static_cast<int>(sequence) + 1 - derivative, x, time);
-      for (std::size_t k = 0; k < terms_; ++k) {
-        result[sequence * terms_ + k] += value * polynomials_[j * terms_ + k];
-      }
+  const double z = wf * time;
+  const std::size_t pairs = terms_ + 30 + static_cast<std::size_t>(0.5 * z);
+  const std::vector<double> j = bessel(z, pairs);
+  std::vector<double> even(pairs);
+  std::vector<double> odd(pairs);
+  for (std::size_t k = 0; k < pairs; ++k) {
+    even[k] = j[2 * k];
+    odd[k] = j[2 * k + 1];
+  }
+  Weights result;
+  result.values_.assign(sequences_ * terms_, 0.0);
+  const auto fill = [&](std::size_t sequence, double factor, const auto& value) {
+    for (std::size_t k = 0; k < terms_; ++k) {
+      result.values_[sequence * terms_ + k] = factor * (k == 0 ? 1.0 : 2.0) * (k % 2 == 0 ? 1.0 : -1.0) * value(k);
     }
+  };
+  const int last = static_cast<int>(sequences_) - derivative;
+  double factor = 1.0;
+  if (derivative == 2) {
+    fill(0, wf, [&](std::size_t k) { return k == 0 ? -odd[0] : 0.5 * (odd[k - 1] - odd[k]); });
+  }
+  for (int n = 0; n <= last; ++n) {
+    const int sequence = n + derivative - 1;
+    if (sequence >= 0 && sequence < static_cast<int>(sequences_)) {
+      fill(static_cast<std::size_t>(sequence), factor, [&](std::size_t k) { return even[k]; });
+    }
+    double even_sum = 0.0;  // of those above
+    double odd_sum = 0.0;
+    for (std::size_t k = pairs; k-- > 0;) {
+      odd_sum += odd[k];
+      const double integral = 2.0 * even_sum;
+      even_sum += even[k];
+      even[k] = 2.0 * odd_sum;
+      odd[k] = integral;
+    }
+    factor /= wf;
   }
   return result;
 }
 
-void FreeMotion::propagate(const Start& start, double duration, double tolerance, std::span<const Field> fields,
-                           std::span<const std::size_t> watched) {
-  const std::size_t count = start.velocity.size();
+void FreeMotion::start(const Start& start) {
   sequences_ = start.jerk.empty() ? 2 : 3;
-  terms_ = terms(duration, tolerance);
-  polynomials_.resize(terms_ * terms_);
-  for (std::size_t j = 0; j < terms_; ++j) {
-    for (std::size_t k = 0; k < terms_; ++k) {
-      polynomials_[j * terms_ + k] = (k == 0 ? 1.0 : 2.0) / static_cast<double>(terms_) *
-                                     std::cos(static_cast<double>(k) * chebyshev_angle(j, terms_));
+  terms_ = 1;
+  resting_.clear();
+  for (std::size_t i = 0; i < start.resting.size(); ++i) {
+    if (start.resting[i] != 0) {
+      resting_.push_back(i);
     }
   }
   const std::array<std::span<const double>, 3> first{start.velocity, start.acceleration, start.jerk};
-  last_.assign(sequences_, std::vector<double>(count));
-  current_.assign(sequences_, std::vector<double>(count));
-  stretch_.assign(sequences_, std::vector<double>(count));
-  watched_.assign(watched.size() * sequences_ * terms_, 0.0);
-  std::vector<std::array<Coefficients, 2>> weights;
-  weights.reserve(fields.size());
-  for (const Field& field : fields) {
-    weights.push_back({coefficients(0, field.time), coefficients(1, field.time)});
-    std::ranges::fill(field.displacement, 0.0);
-    std::ranges::fill(field.velocity, 0.0);
-  }
-  const auto rests = [&](std::size_t i) { return !start.resting.empty() && start.resting[i] != 0; };
-  std::vector<chain::Column> columns;
   for (std::size_t s = 0; s < sequences_; ++s) {
-    for (std::size_t i = 0; i < count; ++i) {
-      current_[s][i] = rests(i) ? 0.0 : first[s][i];
+    if (stored_[s].empty()) {
+      stored_[s].emplace_back();
     }
+    stored_[s][0].assign(first[s].begin(), first[s].end());
+    for (const std::size_t i : resting_) {
+      stored_[s][0][i] = 0.0;
+    }
+    stretch_[s].resize(count_);
+    resting_stretch_[s].clear();
   }
-  for (std::size_t k = 0; k < terms_; ++k) {
-    if (k > 0) {
-      // X p = -p - 2 d(p), then T_(k+1) = 2 X T_k - T_(k-1).
-      columns.clear();
-      for (std::size_t s = 0; s < sequences_; ++s) {
-        columns.push_back({.displacement = current_[s].data(), .stretch = stretch_[s].data()});
-      }
-      line_->solve(columns);
-      const double factor = k == 1 ? -1.0 : -2.0;
-      for (std::size_t s = 0; s < sequences_; ++s) {
-        for (std::size_t i = 0; i < count; ++i) {
-          const double next =
-              rests(i) ? 0.0 : factor * (current_[s][i] + 2.0 * stretch_[s][i]) - (k == 1 ? 0.0 : last_[s][i]);
-          last_[s][i] = current_[s][i];
-          current_[s][i] = next;
-        }
+}
+
+void FreeMotion::extend(std::size_t terms) {
+  std::array<chain::Column, 3> columns;
+  for (; terms_ < terms; ++terms_) {
+    const std::size_t k = terms_;
+    for (std::size_t s = 0; s < sequences_; ++s) {
+      columns[s] = {.displacement = stored_[s][k - 1].data(), .stretch = stretch_[s].data()};
+      if (stored_[s].size() <= k) {
+        stored_[s].emplace_back(count_);
       }
     }
+    line_->solve({columns.data(), sequences_});
+    // X p = -p - 2 d(p), then T_(k+1) = 2 X T_k - T_(k-1).
     for (std::size_t s = 0; s < sequences_; ++s) {
-      for (std::size_t f = 0; f < fields.size(); ++f) {
-        const double move = weights[f][0][s * terms_ + k];
-        const double speed = weights[f][1][s * terms_ + k];
-        for (std::size_t i = 0; i < count; ++i) {
-          fields[f].displacement[i] += move * current_[s][i];
-          fields[f].velocity[i] += speed * current_[s][i];
-        }
+      const double* now = stored_[s][k - 1].data();
+      const double* before = stored_[s][k > 1 ? k - 2 : 0].data();
+      const double* stretch = stretch_[s].data();
+      double* next = stored_[s][k].data();
+      const double factor = k == 1 ? -1.0 : -2.0;
+      const double share = k == 1 ? 0.0 : 1.0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        next[i] = factor * (now[i] + 2.0 * stretch[i]) - share * before[i];
       }
-      for (std::size_t w = 0; w < watched.size(); ++w) {
-        watched_[(w * sequences_ + s) * terms_ + k] = current_[s][watched[w]];
+      for (const std::size_t i : resting_) {
+        next[i] = 0.0;
+        resting_stretch_[s].push_back(stretch[i]);
       }
     }
   }
 }
 
-FreeMotion::Point FreeMotion::point(std::size_t index, double time) const {
-  std::array<double, 3> result{};
-  for (int derivative = 0; derivative < 3; ++derivative) {
-    const Coefficients weights = coefficients(derivative, time);
-    for (std::size_t i = 0; i < weights.size(); ++i) {
-      result[static_cast<std::size_t>(derivative)] += weights[i] * watched_[index * weights.size() + i];
+double FreeMotion::at(const Weights& weights, std::size_t node) const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    for (std::size_t k = 0; k < terms_; ++k) {
+      sum += weights.values_[s * terms_ + k] * stored_[s][k][node];
     }
   }
-  return {.displacement = result[0], .velocity = result[1], .acceleration = result[2]};
+  return sum;
+}
+
+void FreeMotion::at(const Weights& weights, std::span<double> values) const {
+  constexpr std::size_t kBlock = 1024;  // stays in the first cache while all terms are added
+  for (std::size_t from = 0; from < values.size(); from += kBlock) {
+    const std::size_t to = std::min(from + kBlock, values.size());
+    std::fill(values.begin() + static_cast<std::ptrdiff_t>(from), values.begin() + static_cast<std::ptrdiff_t>(to),
+              0.0);
+    for (std::size_t s = 0; s < sequences_; ++s) {
+      for (std::size_t k = 0; k < terms_; ++k) {
+        const double weight = weights.values_[s * terms_ + k];
+        const double* term = stored_[s][k].data();
+        for (std::size_t i = from; i < to; ++i) {
+          values[i] += weight * term[i];
+        }
+      }
+    }
+  }
+}
+
+double FreeMotion::stretch(const Weights& weights, std::size_t node) const {
+  const auto found = static_cast<std::size_t>(std::ranges::lower_bound(resting_, node) - resting_.begin());
+  double sum = 0.0;
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    for (std::size_t k = 0; k + 1 < terms_; ++k) {
+      sum += weights.values_[s * terms_ + k] * resting_stretch_[s][k * resting_.size() + found];
+    }
+  }
+  return sum;
 }
 
 }  // namespace udar

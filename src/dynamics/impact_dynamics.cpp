@@ -8,6 +8,7 @@
 #include <string>
 
 #include "udar/dynamics/located_steps.hpp"
+#include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/compat.hpp"
 #include "udar/petsc/error.hpp"
@@ -127,6 +128,8 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
 void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSCreate(equations_->beam().comm(), ts_.put()));
   UDAR_CALL(TSSetProblemType(ts_, TS_NONLINEAR));
+  UDAR_CALL(register_ts_chebyshev());
+  compose_problem(ts_, problem_);
   UDAR_CALL(TSSetType(ts_, TSRK));
   UDAR_CALL(TSRKSetType(ts_, TSRK5DP));
   UDAR_CALL(TSSetApplicationContext(ts_, this));
@@ -151,9 +154,14 @@ void ImpactDynamics::configure_stepper() {
     throw InputError{"option -ts_max_time: " + std::to_string(end_time_) +
                      " is not allowed, expected a number > 0 [s]"};
   }
-  located_ = std::make_unique<LocatedSteps>(ts_, problem_);
-  stepper_ = located_.get();
-  set_absolute_tolerance();
+  stepper_ = stepper_inside(ts_);
+  if (stepper_ != nullptr) {
+    UDAR_CALL(TSSetUp(ts_));
+  } else {
+    located_ = std::make_unique<LocatedSteps>(ts_, problem_);
+    stepper_ = located_.get();
+    set_absolute_tolerance();
+  }
 }
 
 void ImpactDynamics::set_absolute_tolerance() {

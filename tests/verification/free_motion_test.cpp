@@ -21,7 +21,7 @@ struct Exact {
   std::vector<double> root_mass;
   test::Eigen modes{.values = {}, .vectors = test::Dense{0}};
 
-  Exact(FilteredLine& line, const std::vector<std::uint8_t>& resting) {
+  Exact(FilteredLine& line, const std::vector<std::int32_t>& resting) {
     const BeamChain& beam = line.beam();
     const auto n = static_cast<std::size_t>(beam.nodes());
     const auto first = static_cast<std::size_t>(beam.begin());
@@ -78,6 +78,14 @@ double cubic(double w, double t) {
   return w * t < 1e-2 ? t * t * t / 6.0 * (1.0 - w * w * t * t / 20.0) : (t - std::sin(w * t) / w) / (w * w);
 }
 
+std::size_t terms_for(const FreeMotion& motion, double duration, double tolerance) {
+  std::size_t terms = 2;
+  while (motion.reach(terms, tolerance) < duration) {
+    ++terms;
+  }
+  return terms;
+}
+
 TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   const double wf = 100.0;
   BeamParameters parameters = test::steel_beam(40);
@@ -89,7 +97,7 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   std::vector<double> velocity(n);
   std::vector<double> acceleration(n);
   std::vector<double> jerk(n);
-  std::vector<std::uint8_t> resting(n);
+  std::vector<std::int32_t> resting(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double x = static_cast<double>(i) / static_cast<double>(n);
     resting[i] = i == 7 || i == 8 || i + 1 == n ? 1 : 0;
@@ -107,19 +115,13 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   for (const double angle : {0.5, 4.0, 16.0}) {
     const double duration = angle / wf;
     const double tolerance = 1e-11;
-    std::vector<double> times{0.0, 0.3 * duration, duration};
-    std::vector<std::vector<double>> values(2 * times.size(), std::vector<double>(v.size()));
-    std::vector<FreeMotion::Field> fields;
-    fields.reserve(times.size());
-    for (std::size_t f = 0; f < times.size(); ++f) {
-      fields.push_back({.time = times[f], .displacement = values[2 * f], .velocity = values[2 * f + 1]});
-    }
-    const std::vector<std::size_t> watched{0, v.size() - 1};
+    const auto terms = terms_for(motion, duration, tolerance);
     const PetscInt before = line.solves();
-    motion.propagate({.velocity = v, .acceleration = a, .jerk = j, .resting = r}, duration, tolerance, fields, watched);
-    EXPECT_EQ(line.solves() - before, static_cast<PetscInt>(3 * (motion.terms(duration, tolerance) - 1)));
-    for (std::size_t f = 0; f < times.size(); ++f) {
-      const double t = times[f];
+    motion.start({.velocity = v, .acceleration = a, .jerk = j, .resting = r});
+    motion.extend(terms);
+    EXPECT_EQ(line.solves() - before, static_cast<PetscInt>(3 * (terms - 1)));
+    std::vector<double> moved(v.size());
+    for (const double t : {0.0, 0.3 * duration, duration}) {
       const auto sum = [&](const auto& of_v, const auto& of_a, const auto& of_j) {
         std::vector<double> total = exact.apply(of_v, velocity);
         const std::vector<double> second = exact.apply(of_a, acceleration);
@@ -138,15 +140,33 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
       // The tolerance, and the round-off of the reference: 1e-12 of 7 m/s times t and of 7 m/s, wf times that.
       const double bound = tolerance + 1e-12;
       const auto begin = static_cast<std::size_t>(beam.begin());
+      const auto place = motion.weights(0, t);
+      const auto rate = motion.weights(1, t);
+      const auto second_rate = motion.weights(2, t);
+      motion.at(place, moved);
       for (std::size_t i = 0; i < v.size(); ++i) {
-        EXPECT_NEAR(fields[f].displacement[i], displacement[begin + i], bound * 10.0 * duration) << angle << ' ' << t;
-        EXPECT_NEAR(fields[f].velocity[i], speed[begin + i], bound * 10.0 * std::max(1.0, angle)) << angle << ' ' << t;
+        EXPECT_NEAR(moved[i], displacement[begin + i], bound * 10.0 * duration) << angle << ' ' << t;
+        EXPECT_NEAR(motion.at(place, i), moved[i], 1e-15 * 10.0 * duration);
+        EXPECT_NEAR(motion.at(rate, i), speed[begin + i], bound * 10.0 * std::max(1.0, angle)) << angle << ' ' << t;
+        EXPECT_NEAR(motion.at(second_rate, i), pull[begin + i], bound * 10.0 * wf * std::max(1.0, angle));
       }
-      for (std::size_t w = 0; w < watched.size(); ++w) {
-        const FreeMotion::Point point = motion.point(w, t);
-        EXPECT_NEAR(point.displacement, displacement[begin + watched[w]], bound * 10.0 * duration);
-        EXPECT_NEAR(point.velocity, speed[begin + watched[w]], bound * 10.0 * std::max(1.0, angle));
-        EXPECT_NEAR(point.acceleration, pull[begin + watched[w]], bound * 10.0 * wf * std::max(1.0, angle));
+      // The integral of the motion against Simpson's rule on its halves: h^5 / 2880 times the fourth derivative.
+      const std::size_t middle = v.size() / 2;
+      const auto value = [&](double time) { return motion.at(motion.weights(0, time), middle); };
+      double simpson = 0.0;
+      constexpr int kParts = 64;
+      for (int part = 0; part < kParts; ++part) {
+        const double h = t / kParts;
+        simpson += h / 6.0 * (value(part * h) + 4.0 * value((part + 0.5) * h) + value((part + 1) * h));
+      }
+      EXPECT_NEAR(motion.at(motion.weights(-1, t), middle), simpson, 1e-8 * 10.0 * duration * duration);
+      // What resting masses feel: the line solve of the displacement.
+      std::vector<double> stretch(v.size());
+      line.solve(moved, {}, stretch, {});
+      for (std::size_t i = 0; i < v.size(); ++i) {
+        if (r[i] != 0) {
+          EXPECT_NEAR(motion.stretch(place, i), stretch[i], 1e-9 * 10.0 * duration) << angle << ' ' << t;
+        }
       }
     }
   }
@@ -157,8 +177,8 @@ TEST(FreeMotion, NeedsFewSolves) {
   FilteredLine line{beam, {.filter_frequency = 50.0}};
   const FreeMotion motion{line};
   // Solves of the two sequences per unit wf t at 1e-9.
-  EXPECT_LE(2.0 * static_cast<double>(motion.terms(4.0 / 50.0, 1e-9) - 1) / 4.0, 4.0);
-  EXPECT_LT(2.0 * static_cast<double>(motion.terms(16.0 / 50.0, 1e-9) - 1) / 16.0, 2.5);
+  EXPECT_LE(2.0 * static_cast<double>(terms_for(motion, 4.0 / 50.0, 1e-9) - 1) / 4.0, 4.0);
+  EXPECT_LT(2.0 * static_cast<double>(terms_for(motion, 16.0 / 50.0, 1e-9) - 1) / 16.0, 2.5);
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ class FilteredLine {
   void solve_by_chain(std::span<const chain::Column> columns);
   void solve_by_ksp(const chain::Column& column);
   [[nodiscard]] bool check_due(std::size_t solves) const;
-  void check_residual();
+  void check_residual(const double* displacement);
   static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
 
   const BeamChain* beam_;

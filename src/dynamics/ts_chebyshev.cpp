@@ -1,0 +1,556 @@
+#include "udar/dynamics/ts_chebyshev.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "udar/contact/gap.hpp"
+#include "udar/dynamics/free_motion.hpp"
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/handle.hpp"
+#include "udar/petsc/session.hpp"
+#include "udar/petsc/time_integrator.hpp"
+
+namespace udar {
+namespace {
+
+using petsc::ReadArray;
+using petsc::WriteArray;
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr const char* kComposed = "udar_problem";
+
+// Search grid in units of 1 / wf: coarse points tell whether a node comes near its support, and where it does, a
+// quintic through fine points is off by less than 1e-11 v / wf (docs/theory.md).
+constexpr double kCoarse = 0.5;
+constexpr int kFine = 4;
+// Terms added at a time while no event is found.
+constexpr std::size_t kStage = 3;
+constexpr std::size_t kFewestTerms = 4;
+constexpr int kNewtonSteps = 20;
+
+class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
+ public:
+  void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
+    UDAR_CALL(PetscOptionsInt("-ts_chebyshev_terms_max",
+                              "most terms of a step; 16 bytes per node each, two line solves each", "TSCHEBYSHEV",
+                              terms_max_, &terms_max_, nullptr));
+    constexpr PetscInt kFewest = 6;
+    constexpr PetscInt kMost = 400;
+    if (terms_max_ < kFewest || terms_max_ > kMost) {
+      throw InputError{"option -ts_chebyshev_terms_max: " + std::to_string(terms_max_) +
+                       " is not allowed, expected an integer from 6 to 400"};
+    }
+    PetscBool given = PETSC_FALSE;
+    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_rtol", &given));
+    if (given == PETSC_FALSE) {
+      UDAR_CALL(TSSetTolerances(stepper, PETSC_DEFAULT, nullptr, kTolerance, nullptr));
+    }
+  }
+
+  void set_up(TS stepper) override {
+    if (motion_) {
+      return;
+    }
+    ts_ = stepper;
+    const ImpactProblem& problem = composed_problem(stepper);
+    equations_ = problem.equations;
+    contact_ = problem.contact;
+    wf_ = equations_->line().filter_frequency();
+    motion_.emplace(equations_->line());
+    UDAR_CALL(TSGetSolution(stepper, &state_));
+    UDAR_CALL(VecDuplicate(state_, start_state_.put()));
+    count_ = equations_->line().mass().size();
+    UDAR_CALL(TSGetTolerances(stepper, nullptr, nullptr, &tolerance_, nullptr));
+    fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
+  }
+
+  void step(TS stepper) override {
+    double begin = 0.0;
+    double step = 0.0;
+    double last = 0.0;
+    UDAR_CALL(TSGetTime(stepper, &begin));
+    UDAR_CALL(TSGetTimeStep(stepper, &step));
+    UDAR_CALL(TSGetMaxTime(stepper, &last));
+    step = std::min({step, last - begin, fullest_});
+    if (line_.stretch.empty()) {
+      const ReadArray now{state_};
+      equations_->evaluate(begin, {now.values(), count_}, line_);
+    }
+    UDAR_CALL(VecCopy(state_, start_state_));
+    begin_ = begin;
+    const ReadArray start{start_state_};
+    start_ = start.values();
+    length_ = step;
+    start_motion();
+    find_end(step);
+    const double end = begin + length_;
+
+    next_.position.resize(count_);
+    next_.velocity.resize(count_);
+    fields(length_, next_.position, next_.velocity);
+    check_finite();
+    resting_before_ = contact_->resting_supports();
+    track_contact();
+    LineState line;
+    equations_->evaluate(end, next_.position, line);
+    line_before_ = std::exchange(line_, std::move(line));
+    std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
+    for (const Candidate& candidate : candidates_) {
+      if (candidate.time <= length_ + 2.0 * time_resolution(end)) {
+        due[candidate.node] = candidate.run->support + 1;
+      }
+    }
+    contact_->resolve(end, due, wf_ * wf_, next_.position, next_.velocity, line_.stretch);
+    const WriteArray state{state_};
+    std::ranges::copy(next_.position, state.values());
+    std::ranges::copy(next_.velocity, state.values() + count_);
+    UDAR_CALL(TSSetTime(stepper, end));
+    UDAR_CALL(TSSetTimeStep(stepper, fullest_));
+  }
+
+  void roll_back(TS /*stepper*/) override {
+    UDAR_CALL(VecCopy(start_state_, state_));
+    contact_->undo();
+    line_ = line_before_;
+  }
+
+  void interpolate(TS /*stepper*/, double time, Vec solution) override {
+    const WriteArray values{solution};
+    fields(time - begin_, {values.values(), count_}, {values.values() + count_, count_});
+  }
+
+  void view(TS /*stepper*/, PetscViewer viewer) const override {
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  Chebyshev series: at most %d terms, %g s a step, error of a step %g\n",
+                                     static_cast<int>(terms_max_), fullest_, tolerance_));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, terms %d, events located %d\n", static_cast<int>(steps_),
+                                     static_cast<int>(terms_), static_cast<int>(located_)));
+  }
+
+  void start(const LineState& line) override {
+    line_ = line;
+    line_.moment.clear();
+    begin_step();
+  }
+  void begin_step() override {
+    UDAR_CALL(TSGetTime(ts_, &begin_));
+    length_ = 0.0;
+    resting_before_ = contact_->resting_supports();
+  }
+  double end_step() override {
+    double time = 0.0;
+    UDAR_CALL(TSGetTime(ts_, &time));
+    return time;
+  }
+  void apply_events() override {}
+  void return_to_start() override {
+    if (length_ > 0.0) {
+      roll_back(ts_);
+      UDAR_CALL(TSSetTime(ts_, begin_));
+    }
+  }
+  [[nodiscard]] double next_step() const override { return fullest_; }
+
+  void masses(double time, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    if (length_ == 0.0) {
+      const ReadArray state{state_};
+      std::copy_n(state.values(), count_, position.begin());
+      std::copy_n(state.values() + count_, count_, velocity.begin());
+    } else {
+      fields(std::min(time - begin_, length_), position, velocity);
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      resting[i] = resting_before_[i] != 0 ? 1 : 0;
+    }
+  }
+
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    const double time = std::min(until - begin_, length_);
+    if (time <= 0.0) {
+      return 0.0;  // also before the first step
+    }
+    const double position = start_[node] * time;
+    const FreeMotion::Weights sum = motion_->weights(-1, time);
+    if (resting_before_[node] != 0) {
+      return position + stretch_integral(node, time, sum);
+    }
+    const double speed = motion_->at(motion_->weights(1, time), node);
+    return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
+  }
+
+  void save(MotionState& state) const override { state.fields["stretch"] = line_.stretch; }
+  void restore(const MotionState& state) override {
+    start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}});
+  }
+
+ private:
+  static constexpr double kTolerance = 1e-14;
+
+  struct Candidate {
+    const ContactRun* run;
+    std::size_t node;
+    double time;  // since the start of the step [s]
+  };
+  /// Weights of displacement, velocity and acceleration at one time of the search.
+  struct Sample {
+    double time;
+    std::array<FreeMotion::Weights, 3> weights;
+  };
+
+  void start_motion() {
+    acceleration_.resize(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      acceleration_[i] = wf_ * wf_ * line_.stretch[i];
+    }
+    jerk_.clear();
+    if (equations_->loads().time_dependent()) {
+      jerk_.resize(count_);
+      const std::vector<double> none(count_, 0.0);
+      equations_->evaluate_rate(begin_, none, jerk_);
+      for (double& value : jerk_) {
+        value *= wf_ * wf_;
+      }
+    }
+    motion_->start({.velocity = {start_ + count_, count_},
+                    .acceleration = acceleration_,
+                    .jerk = jerk_,
+                    .resting = contact_->resting_supports()});
+  }
+
+  /// What the terms at hand reach; resting masses lack the last term.
+  [[nodiscard]] double reach() const {
+    return motion_->reach(motion_->terms() - (contact_->counts().resting > 0 ? 1 : 0), tolerance_);
+  }
+  [[nodiscard]] std::size_t terms_for(double time) const {
+    const auto most = static_cast<std::size_t>(terms_max_);
+    const std::size_t spare = contact_->counts().resting > 0 ? 1 : 0;
+    std::size_t terms = kFewestTerms;
+    while (terms < most && motion_->reach(terms - spare, tolerance_) < time) {
+      ++terms;
+    }
+    return terms;
+  }
+
+  /// Adds terms until the first event or `step` is reached; sets the length of the step and its candidates.
+  void find_end(double step) {
+    const petsc::LogScope contact{petsc::log_events().contact};
+    const MPI_Comm comm = equations_->beam().comm();
+    candidates_.clear();
+    const bool supported = !contact_->supports().empty();
+    double guess = supported ? guess_event(step) : step;
+    if (supported) {
+      MPI_Allreduce(MPI_IN_PLACE, &guess, 1, MPI_DOUBLE, MPI_MIN, comm);
+    }
+    std::size_t terms = terms_for(std::min(guess, step));
+    double searched = 0.0;
+    for (;;) {
+      motion_->extend(terms);
+      const bool all = terms >= static_cast<std::size_t>(terms_max_);
+      const double horizon = std::min(reach(), step);
+      length_ = horizon;
+      double event = kNever;
+      if (supported) {
+        search(searched, horizon);
+        for (const Candidate& candidate : candidates_) {
+          event = std::min(event, candidate.time);
+        }
+        MPI_Allreduce(MPI_IN_PLACE, &event, 1, MPI_DOUBLE, MPI_MIN, comm);
+      }
+      if (event <= horizon) {
+        length_ = std::max(event, 0.0);
+        ++located_;
+        break;
+      }
+      if (horizon >= step || all) {
+        break;
+      }
+      searched = horizon;
+      terms = std::min(terms + kStage, static_cast<std::size_t>(terms_max_));
+    }
+    ++steps_;
+    terms_ += static_cast<PetscInt>(motion_->terms());
+  }
+
+  /// When a contact node could meet its support if its acceleration stayed: where the search aims first.
+  [[nodiscard]] double guess_event(double step) const {
+    double first = step;
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        const double gap = run.side * (start_[node] - run.height);
+        const double speed = run.side * start_[count_ + node];
+        const double pull = run.side * acceleration_[node];
+        if (contact_->resting(node)) {
+          continue;
+        }
+        const double square = speed * speed - 2.0 * pull * gap;
+        double time = kNever;
+        if (square >= 0.0) {
+          const double root = std::sqrt(square);
+          if (pull < 0.0) {
+            time = (speed + root) / -pull;
+          } else if (speed < 0.0) {
+            time = 2.0 * std::max(gap, 0.0) / (root - speed);
+          }
+        }
+        if (time > 0.0) {
+          first = std::min(first, time * (1.0 + 1e-6));
+        }
+      }
+    }
+    return first;
+  }
+
+  [[nodiscard]] Sample sample(double time) const {
+    return {.time = time, .weights = {motion_->weights(0, time), motion_->weights(1, time), motion_->weights(2, time)}};
+  }
+
+  /// Gap, its rate and its second derivative.
+  [[nodiscard]] Kinematics gap(const ContactRun& run, std::size_t node, const Sample& at) const {
+    if (at.time == 0.0) {
+      return {.position = run.side * (start_[node] - run.height),
+              .velocity = run.side * start_[count_ + node],
+              .acceleration = run.side * acceleration_[node]};
+    }
+    return {.position = run.side * (start_[node] - run.height + motion_->at(at.weights[0], node)),
+            .velocity = run.side * motion_->at(at.weights[1], node),
+            .acceleration = run.side * motion_->at(at.weights[2], node)};
+  }
+
+  /// How hard a resting mass presses, as stretch [m], and its rate [m/s].
+  [[nodiscard]] std::array<double, 2> pressing(const ContactRun& run, std::size_t node, const Sample& at) const {
+    const double steady = jerk_.empty() ? 0.0 : jerk_[node] / (wf_ * wf_);
+    return {-run.side * (line_.stretch[node] + steady * at.time + motion_->stretch(at.weights[0], node)),
+            -run.side * (steady + motion_->stretch(at.weights[1], node))};
+  }
+
+  /// Adds the first event of every contact node between two times of the step.
+  void search(double from, double to) {
+    if (contact_->runs().empty() || to < from) {
+      return;
+    }
+    const auto intervals = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) * wf_ / kCoarse)));
+    std::vector<Sample> coarse;
+    for (std::size_t i = 0; i <= intervals; ++i) {
+      coarse.push_back(sample(from + (to - from) * static_cast<double>(i) / static_cast<double>(intervals)));
+    }
+    std::vector<std::vector<Sample>> fine(intervals);  // made where needed
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        if (contact_->resting(node) && !contact_->resting_on(node, run)) {
+          continue;
+        }
+        for (std::size_t i = 0; i < intervals; ++i) {
+          if (!near(run, node, coarse[i], coarse[i + 1])) {
+            continue;
+          }
+          if (fine[i].empty()) {
+            for (int j = 0; j <= kFine; ++j) {
+              const double share = static_cast<double>(j) / kFine;
+              fine[i].push_back(sample((1.0 - share) * coarse[i].time + share * coarse[i + 1].time));
+            }
+          }
+          bool found = false;
+          for (std::size_t j = 0; j < kFine && !found; ++j) {
+            found = closing(run, node, fine[i][j], fine[i][j + 1]);
+          }
+          if (found) {
+            break;
+          }
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool near(const ContactRun& run, std::size_t node, const Sample& from, const Sample& to) const {
+    if (contact_->resting(node)) {
+      return true;
+    }
+    const Kinematics start = gap(run, node, from);
+    const Kinematics end = gap(run, node, to);
+    // An interval resolves the motion: a gap changes by less than twice the larger end speed times its length.
+    const double reach = 2.0 * (to.time - from.time) * std::max(std::abs(start.velocity), std::abs(end.velocity));
+    return std::min(start.position, end.position) <= reach;
+  }
+
+  bool closing(const ContactRun& run, std::size_t node, const Sample& from, const Sample& to) {
+    const double length = to.time - from.time;
+    if (contact_->resting(node)) {
+      const auto start = pressing(run, node, from);
+      const auto end = pressing(run, node, to);
+      const auto theta = first_closing(cubic_bernstein(start[0], start[1], end[0], end[1], length), 0);
+      if (theta) {
+        const double time = polished(from.time + *theta * length, from.time, to.time, [&](const Sample& at) {
+          const auto value = pressing(run, node, at);
+          return std::array{value[0], value[1]};
+        });
+        candidates_.push_back({.run = &run, .node = node, .time = time});
+      }
+      return theta.has_value();
+    }
+    Kinematics start = gap(run, node, from);
+    const Kinematics end = gap(run, node, to);
+    int touching = 0;
+    if (from.time == 0.0 && start.position <= 0.0 && start.velocity >= 0.0) {
+      start.position = 0.0;
+      touching = 1;
+      if (start.velocity == 0.0) {
+        start.acceleration = std::max(start.acceleration, 0.0);  // just released: zero but for round-off
+        touching = 2;
+      }
+    }
+    const auto theta = first_closing(StepPolynomial{start, end, length}.bernstein(), touching);
+    if (!theta) {
+      return false;
+    }
+    // A root at the start by construction is divided out here, too.
+    const double time = polished(from.time + *theta * length, from.time, to.time, [&](const Sample& at) {
+      const Kinematics now = gap(run, node, at);
+      std::array<double, 2> value{now.position, now.velocity};
+      for (int root = 0; root < touching; ++root) {
+        value = {value[0] / at.time, (value[1] - value[0] / at.time) / at.time};
+      }
+      return value;
+    });
+    candidates_.push_back({.run = &run, .node = node, .time = time});
+    return true;
+  }
+
+  /// Newton's method for the time at which a falling value is zero, kept between two times.
+  template <class Value>
+  [[nodiscard]] double polished(double time, double from, double to, const Value& value) const {
+    for (int i = 0; i < kNewtonSteps && time > 0.0; ++i) {
+      const auto [now, slope] = value(sample(time));
+      if (!(slope < 0.0)) {
+        break;
+      }
+      const double next = std::clamp(time - now / slope, from, to);
+      const double change = std::abs(next - time);
+      time = next;
+      if (change <= time_resolution(begin_ + time) || change <= 1e-15 * time) {
+        break;
+      }
+    }
+    return time;
+  }
+
+  void fields(double time, std::span<double> position, std::span<double> velocity) const {
+    motion_->at(motion_->weights(0, time), position);
+    motion_->at(motion_->weights(1, time), velocity);
+    const ReadArray start{start_state_};
+    for (std::size_t i = 0; i < count_; ++i) {
+      position[i] += start.values()[i];
+    }
+  }
+
+  void check_finite() const {
+    double zero = 0.0;  // stays zero unless some value is not finite
+    for (std::size_t i = 0; i < count_; ++i) {
+      zero += 0.0 * (next_.position[i] + next_.velocity[i]);
+    }
+    throw_together<SolveError>(equations_->beam().comm(),
+                               zero == 0.0 ? std::string{}
+                                           : "the motion is no longer finite after t = " + std::to_string(begin_) +
+                                                 " s; a load or the line solve is not finite");
+  }
+
+  [[nodiscard]] double stretch_integral(std::size_t node, double time, const FreeMotion::Weights& sum) const {
+    const double steady = jerk_.empty() ? 0.0 : jerk_[node] / (wf_ * wf_);
+    const double first = acceleration_[node] / (wf_ * wf_);
+    return first * time + 0.5 * steady * time * time + motion_->stretch(sum, node);
+  }
+
+  /// Smallest distance of the line at the contact nodes, and what resting masses pressed.
+  void track_contact() {
+    if (contact_->runs().empty()) {
+      return;
+    }
+    const auto intervals =
+        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length_ * wf_ * kFine / kCoarse / 2.0)));
+    std::vector<Sample> samples;
+    for (std::size_t i = 1; i <= intervals; ++i) {
+      samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
+    }
+    const FreeMotion::Weights sum = motion_->weights(-1, length_);
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        const bool rests = contact_->resting(node);
+        for (const Sample& at : samples) {
+          double line = 0.0;  // above the support
+          if (rests) {
+            line = run.side * (start_[node] - run.height) -
+                   (contact_->resting_on(node, run) ? pressing(run, node, at)[0] : 0.0);
+          } else {
+            const Kinematics now = gap(run, node, at);
+            line = now.position + now.acceleration / (wf_ * wf_);
+          }
+          contact_->line_at(line, node, begin_ + at.time);
+        }
+        if (contact_->resting_on(node, run)) {
+          contact_->press(run.support,
+                          -wf_ * wf_ * equations_->line().mass()[node] * stretch_integral(node, length_, sum));
+        }
+      }
+    }
+  }
+
+  PetscInt terms_max_ = 20;
+  TS ts_ = nullptr;
+  Equations* equations_ = nullptr;
+  ContactState* contact_ = nullptr;
+  double wf_ = 0.0;
+  double tolerance_ = kTolerance;
+  double fullest_ = 0.0;  // longest step [s]
+  std::optional<FreeMotion> motion_;
+  std::size_t count_ = 0;
+  Vec state_ = nullptr;
+  petsc::Vector start_state_;
+  const double* start_ = nullptr;
+  double begin_ = 0.0;
+  double length_ = 0.0;
+  LineState line_;  // at the start of the next step
+  LineState line_before_;
+  std::vector<double> acceleration_;
+  std::vector<double> jerk_;
+  MassState next_;
+  std::vector<std::int32_t> resting_before_;
+  std::vector<Candidate> candidates_;
+  PetscInt steps_ = 0;
+  PetscInt terms_ = 0;
+  PetscInt located_ = 0;
+};
+
+}  // namespace
+
+void compose_problem(TS stepper, const ImpactProblem& problem) {
+  using Container = petsc::Handle<PetscContainer, PetscContainerDestroy>;
+  Container container;
+  UDAR_CALL(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(stepper)), container.put()));
+  UDAR_CALL(PetscContainerSetPointer(container, const_cast<ImpactProblem*>(&problem)));
+  UDAR_CALL(PetscObjectCompose(reinterpret_cast<PetscObject>(stepper), kComposed,
+                               reinterpret_cast<PetscObject>(static_cast<PetscContainer>(container))));
+}
+
+const ImpactProblem& composed_problem(TS stepper) {
+  PetscObject object = nullptr;
+  void* pointer = nullptr;
+  UDAR_CALL(PetscObjectQuery(reinterpret_cast<PetscObject>(stepper), kComposed, &object));
+  if (object == nullptr) {
+    TSType type = nullptr;
+    UDAR_CALL(TSGetType(stepper, &type));
+    throw InputError{std::string{"option -ts_type: '"} + type +
+                     "' integrates the filtered motion of udar only, and no problem is composed with this TS; choose "
+                     "another -ts_type"};
+  }
+  UDAR_CALL(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(object), &pointer));
+  return *static_cast<const ImpactProblem*>(pointer);
+}
+
+Stepper* stepper_inside(TS stepper) { return dynamic_cast<Stepper*>(petsc::attached(stepper)); }
+
+PetscErrorCode register_ts_chebyshev() { return petsc::register_integrator<Chebyshev>(kTsChebyshev); }
+
+}  // namespace udar
