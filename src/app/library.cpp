@@ -3,6 +3,7 @@
 /// chebyshev`.
 
 #include "udar/dynamics/ts_chebyshev.hpp"
+#include "udar/dynamics/ts_impact.hpp"
 #include "udar/filter/pc_chain.hpp"
 
 /// PETSc calls this by name, made of the library's, when it loads libudar.
@@ -10,5 +11,6 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_udar() {
   PetscFunctionBeginUser;
   PetscCall(udar::register_pc_chain());
   PetscCall(udar::register_ts_chebyshev());
+  PetscCall(udar::register_ts_impact());
   PetscFunctionReturn(0);
 }

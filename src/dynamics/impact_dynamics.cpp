@@ -9,6 +9,7 @@
 
 #include "udar/dynamics/located_steps.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
+#include "udar/dynamics/ts_impact.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/compat.hpp"
 #include "udar/petsc/error.hpp"
@@ -129,6 +130,7 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSCreate(equations_->beam().comm(), ts_.put()));
   UDAR_CALL(TSSetProblemType(ts_, TS_NONLINEAR));
   UDAR_CALL(register_ts_chebyshev());
+  UDAR_CALL(register_ts_impact());
   compose_problem(ts_, problem_);
   UDAR_CALL(TSSetType(ts_, TSRK));
   UDAR_CALL(TSRKSetType(ts_, TSRK5DP));

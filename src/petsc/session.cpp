@@ -109,6 +109,7 @@ Session::Session(int argc, char** argv) {
   UDAR_CALL(PetscLogEventRegister("FilterAssemble", library, &events.assemble));
   UDAR_CALL(PetscLogEventRegister("FilterSolve", library, &events.solve));
   UDAR_CALL(PetscLogEventRegister("Contact", library, &events.contact));
+  UDAR_CALL(PetscLogEventRegister("LocalMotion", library, &events.local_motion));
   UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
 }
 

@@ -36,6 +36,8 @@ class Equations {
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 
+  /// Height of the reference axis at the local nodes [m].
+  [[nodiscard]] std::span<const double> axis() const noexcept { return axis_; }
   [[nodiscard]] const BeamChain& beam() const noexcept { return line_->beam(); }
   [[nodiscard]] FilteredLine& line() noexcept { return *line_; }
   [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }

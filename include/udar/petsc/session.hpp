@@ -41,10 +41,11 @@ class Session {
 
 /// @brief The log events of udar; registered by `Session`, seen in `-log_view`.
 struct LogEvents {
-  PetscLogEvent assemble = -1;  ///< assembly and factorisation of the line operator
-  PetscLogEvent solve = -1;     ///< one line solve, right-hand side included
-  PetscLogEvent contact = -1;   ///< search, location and resolution of contact, without the line solves
-  PetscLogEvent output = -1;    ///< everything the observers do
+  PetscLogEvent assemble = -1;      ///< assembly and factorisation of the line operator
+  PetscLogEvent solve = -1;         ///< one line solve, right-hand side included
+  PetscLogEvent contact = -1;       ///< search, location and resolution of contact, without the line solves
+  PetscLogEvent local_motion = -1;  ///< the masses of `-ts_type impact` over a step, the line given
+  PetscLogEvent output = -1;        ///< everything the observers do
 };
 [[nodiscard]] const LogEvents& log_events();
 

@@ -1,0 +1,23 @@
+#pragma once
+/// @file
+/// `-ts_type impact`: steps whose cost does not depend on the number of impacts in them.
+
+#include <petscts.h>
+
+namespace udar {
+
+/// Name of the `TS` type.
+inline constexpr const char* kTsImpact = "impact";
+
+/// @brief Registers `-ts_type impact`. May be called again. @note Not collective.
+///
+/// The masses see the line's motion over a step as a polynomial in time: its projection on the first Legendre
+/// polynomials. For that every mass is advanced exactly, through all of its impacts, rests and releases; the moments of
+/// the masses' motion give the line's by one batch of line solves; this sweep is repeated until it settles. `TSAdapt`
+/// chooses the step; a step that fails at an impact of weight is cut there.
+/// Options: `-ts_impact_moments` (2 to 5), `-ts_rtol` (error of a step relative to the motion's scale; 1e-5 by
+/// default),
+/// `-ts_adapt_*`. Needs a problem: `compose_problem`. Source: docs/theory.md, "The impact integrator".
+[[nodiscard]] PetscErrorCode register_ts_impact();
+
+}  // namespace udar

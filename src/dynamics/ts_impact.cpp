@@ -1,0 +1,901 @@
+#include "udar/dynamics/ts_impact.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "udar/dynamics/local_motion.hpp"
+#include "udar/dynamics/stepper.hpp"
+#include "udar/dynamics/ts_chebyshev.hpp"
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/handle.hpp"
+#include "udar/petsc/session.hpp"
+#include "udar/petsc/time_integrator.hpp"
+
+namespace udar {
+namespace {
+
+using local::kMostTerms;
+using petsc::ReadArray;
+using petsc::WriteArray;
+
+// The line's answer to a change of the masses, in units of that change: near 1 for low modes, which dominate, near 0
+// for high ones. The sweep is exact for this share of it.
+constexpr double kLineShare = 0.8;
+// Sweeps are over when what they still change is this share of the tolerance.
+constexpr double kSettled = 0.05;
+constexpr int kMostSweeps = 12;
+// A step that sweeps slowly is too long.
+constexpr double kLongestAngle = 1.5;
+// A failed step is cut at an impact that holds this share of all momentum exchanged in it.
+constexpr double kHeavy = 0.3;
+constexpr std::size_t kBins = 8;
+constexpr std::size_t kBlock = 512;
+
+using Square = std::array<std::array<double, kMostTerms>, kMostTerms>;
+
+/// The mass without impacts over a step of one `angle`: z = speed s(tau) + sum_j p_j w_j(tau).
+struct DenseMap {
+  std::array<double, kMostTerms> start{};  // moments of s
+  Square line{};                           // moments of w_j: [moment][j]
+  double place_of_start = 0.0;             // s(1)
+  double speed_of_start = 0.0;             // s'(1)
+  std::array<double, kMostTerms> place{};  // w_j(1)
+  std::array<double, kMostTerms> speed{};  // w_j'(1)
+  Square gain{};                           // (1 - share line)^-1
+};
+
+struct EndMap {
+  double place_of_start;
+  double speed_of_start;
+  std::array<double, kMostTerms> place;
+  std::array<double, kMostTerms> speed;
+};
+
+local::Problem unit_problem(double angle, std::size_t terms) {
+  local::Problem problem;
+  problem.angle = angle;
+  problem.terms = terms;
+  problem.powers = local::powers_for(angle);
+  return problem;
+}
+
+DenseMap dense_map(double angle, std::size_t terms, double until = 1.0) {
+  DenseMap map;
+  local::Problem problem = unit_problem(angle, terms);
+  problem.until = until;
+  problem.velocity = 1.0;
+  local::Outcome outcome = local::advance(problem);
+  map.start = outcome.moments;
+  map.place_of_start = outcome.displacement;
+  map.speed_of_start = outcome.velocity;
+  problem.velocity = 0.0;
+  for (std::size_t j = 0; j < terms; ++j) {
+    problem.line = local::kLegendre[j];
+    outcome = local::advance(problem);
+    for (std::size_t i = 0; i < terms; ++i) {
+      map.line[i][j] = outcome.moments[i];
+    }
+    map.place[j] = outcome.displacement;
+    map.speed[j] = outcome.velocity;
+  }
+  // Neumann's series: |share line| <= angle^2 / 2.
+  Square power{};
+  for (std::size_t i = 0; i < terms; ++i) {
+    map.gain[i][i] = 1.0;
+    power[i][i] = 1.0;
+  }
+  for (int order = 0; order < 60; ++order) {
+    Square next{};
+    for (std::size_t i = 0; i < terms; ++i) {
+      for (std::size_t j = 0; j < terms; ++j) {
+        for (std::size_t k = 0; k < terms; ++k) {
+          next[i][j] += kLineShare * map.line[i][k] * power[k][j];
+        }
+        map.gain[i][j] += next[i][j];
+      }
+    }
+    power = next;
+  }
+  return map;
+}
+
+/// What all ranks learn from one sweep: maxima, then sums, then minima.
+struct Tally {
+  enum Maximum : std::size_t { change, place_error, speed_error, last_term, term_before, broken, maxima };
+  std::array<double, maxima> most{};
+  std::array<double, kBins> kick{};
+  std::array<double, kBins> first{};
+
+  Tally() { first.fill(2.0); }
+};
+static_assert(sizeof(Tally) == (Tally::maxima + 2 * kBins) * sizeof(double));
+
+void combine(void* from, void* into, int* length, MPI_Datatype* /*type*/) {
+  for (int i = 0; i < *length; ++i) {
+    const Tally& a = static_cast<const Tally*>(from)[i];
+    Tally& b = static_cast<Tally*>(into)[i];
+    for (std::size_t k = 0; k < Tally::maxima; ++k) {
+      b.most[k] = std::max(a.most[k], b.most[k]);
+    }
+    for (std::size_t k = 0; k < kBins; ++k) {
+      b.kick[k] += a.kick[k];
+      b.first[k] = std::min(a.first[k], b.first[k]);
+    }
+  }
+}
+
+/// Row pointers of one block of nodes.
+struct Rows {
+  std::array<double*, kMostTerms> moment;  // u: what the line was solved for; out: the next
+  std::array<double*, kMostTerms> line;    // d: stretch of the line; out: p
+  std::array<const double*, 2> steady;     // what forces add to p_0 and p_1
+  const double* velocity;                  // at the start [m/s]
+  const double* position;
+  double* place;  // at the end
+  double* speed;
+};
+
+struct Largest {
+  double change = 0.0;
+  double last = 0.0;
+  double before = 0.0;
+};
+
+/// The dense map on a block. Predicting, p is given and the moments are what it makes of them.
+template <std::size_t Terms, bool Predict>
+[[gnu::always_inline]] inline void map_block(const Rows& rows, std::size_t count, const DenseMap& map, double step,
+                                             Largest& largest) {
+  double change = 0.0;
+  double last = 0.0;
+  double before = 0.0;
+  const double per_step = 1.0 / step;
+#pragma GCC ivdep
+  for (std::size_t i = 0; i < count; ++i) {
+    const double velocity = rows.velocity[i] * step;
+    double p[Terms];
+    double u[Terms];
+    double r[Terms];
+    for (std::size_t j = 0; j < Terms; ++j) {
+      u[j] = rows.moment[j][i];
+      p[j] = rows.line[j][i];
+      if (!Predict) {
+        p[j] += u[j];
+        if (j < 2) {
+          p[j] += rows.steady[j][i];
+        }
+        rows.line[j][i] = p[j];
+      }
+    }
+    for (std::size_t j = 0; j < Terms; ++j) {
+      r[j] = map.start[j] * velocity - (Predict ? 0.0 : u[j]);
+      for (std::size_t k = 0; k < Terms; ++k) {
+        r[j] += map.line[j][k] * p[k];
+      }
+    }
+    double place = map.place_of_start * velocity;
+    double speed = map.speed_of_start * velocity;
+    for (std::size_t j = 0; j < Terms; ++j) {
+      double next = Predict ? r[j] : u[j];
+      for (std::size_t k = 0; k < Terms && !Predict; ++k) {
+        next += map.gain[j][k] * r[k];
+      }
+      rows.moment[j][i] = next;
+      place += map.place[j] * p[j];
+      speed += map.speed[j] * p[j];
+      change = std::max(change, std::abs(r[j]));
+    }
+    last = std::max(last, std::abs(p[Terms - 1]));
+    before = std::max(before, std::abs(p[Terms - 2]));
+    if (!Predict) {
+      rows.place[i] = rows.position[i] + place;
+      rows.speed[i] = speed * per_step;
+    }
+  }
+  largest.change = std::max(largest.change, change);
+  largest.last = std::max(largest.last, last);
+  largest.before = std::max(largest.before, before);
+}
+
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
+#define UDAR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("Ofast")))
+#else
+#define UDAR_CLONES
+#endif
+
+UDAR_CLONES void map_nodes(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map,
+                           double step, Largest& largest) {
+  switch (2 * terms + (predict ? 1 : 0)) {
+    case 4:
+      return map_block<2, false>(rows, count, map, step, largest);
+    case 5:
+      return map_block<2, true>(rows, count, map, step, largest);
+    case 6:
+      return map_block<3, false>(rows, count, map, step, largest);
+    case 7:
+      return map_block<3, true>(rows, count, map, step, largest);
+    case 8:
+      return map_block<4, false>(rows, count, map, step, largest);
+    case 9:
+      return map_block<4, true>(rows, count, map, step, largest);
+    case 10:
+      return map_block<5, false>(rows, count, map, step, largest);
+    default:
+      return map_block<5, true>(rows, count, map, step, largest);
+  }
+}
+
+class Impact final : public petsc::TimeIntegrator, public Stepper {
+ public:
+  Impact() {
+    MPI_Type_contiguous(static_cast<int>(sizeof(Tally)), MPI_BYTE, &tally_type_);
+    MPI_Type_commit(&tally_type_);
+    MPI_Op_create(combine, 1, &tally_op_);
+  }
+  Impact(const Impact&) = delete;
+  Impact& operator=(const Impact&) = delete;
+  ~Impact() override {
+    int finalized = 0;
+    MPI_Finalized(&finalized);
+    if (finalized == 0) {
+      MPI_Op_free(&tally_op_);
+      MPI_Type_free(&tally_type_);
+    }
+  }
+
+  void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
+    UDAR_CALL(PetscOptionsInt("-ts_impact_moments",
+                              "Legendre terms of the line's motion over a step; line solves a sweep", "TSIMPACT",
+                              moments_, &moments_, nullptr));
+    if (moments_ < 2 || moments_ > static_cast<PetscInt>(kMostTerms)) {
+      throw InputError{"option -ts_impact_moments: " + std::to_string(moments_) +
+                       " is not allowed, expected an integer from 2 to 5"};
+    }
+    terms_ = static_cast<std::size_t>(moments_);
+    PetscBool given = PETSC_FALSE;
+    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_rtol", &given));
+    if (given == PETSC_FALSE) {
+      UDAR_CALL(TSSetTolerances(stepper, PETSC_DEFAULT, nullptr, kTolerance, nullptr));
+    }
+  }
+
+  void set_up(TS stepper) override {
+    if (equations_ != nullptr) {
+      return;
+    }
+    ts_ = stepper;
+    const ImpactProblem& problem = composed_problem(stepper);
+    equations_ = problem.equations;
+    contact_ = problem.contact;
+    scale_ = problem.scale;
+    wf_ = equations_->line().filter_frequency();
+    count_ = equations_->line().mass().size();
+    UDAR_CALL(TSGetSolution(stepper, &state_));
+    UDAR_CALL(VecDuplicate(state_, start_state_.put()));
+    UDAR_CALL(TSGetTolerances(stepper, nullptr, nullptr, &tolerance_, nullptr));
+    TSAdapt adapt = nullptr;
+    UDAR_CALL(TSGetAdapt(stepper, &adapt));
+    double least = 0.0;
+    double most = 0.0;
+    UDAR_CALL(TSAdaptGetStepLimits(adapt, &least, &most));
+    longest_ = std::min(most, kLongestAngle / wf_);
+    for (std::size_t j = 0; j < terms_; ++j) {
+      moment_[j].assign(count_, 0.0);
+      line_[j].assign(count_, 0.0);
+    }
+    for (std::size_t j = 0; j < 2; ++j) {
+      steady_[j].assign(count_, 0.0);
+    }
+    end_.position.resize(count_);
+    end_.velocity.resize(count_);
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        contact_nodes_.push_back(node);
+      }
+    }
+    std::ranges::sort(contact_nodes_);
+    const auto repeated = std::ranges::unique(contact_nodes_);
+    contact_nodes_.erase(repeated.begin(), repeated.end());
+  }
+
+  void start(const LineState& line) override {
+    // The line's motion is first taken to go on as the masses do.
+    UDAR_CALL(TSGetTimeStep(ts_, &polynomial_step_));
+    polynomial_step_ = std::min(polynomial_step_, longest_);
+    const ReadArray now{state_};
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double half = contact_->resting(i) ? 0.0 : -0.5 * polynomial_step_ * now.values()[count_ + i];
+      line_[0][i] = line.stretch[i] + half;  // seen as the step that ends here
+      line_[1][i] = -half;
+      for (std::size_t j = 2; j < terms_; ++j) {
+        line_[j][i] = 0.0;
+      }
+    }
+    wanted_ = polynomial_step_;
+    from_end_ = true;
+    length_ = 0.0;
+    begin_step();
+  }
+
+  void begin_step() override {
+    settle();
+    UDAR_CALL(TSGetTime(ts_, &begin_));
+    length_ = 0.0;
+  }
+
+  void step(TS stepper) override {
+    settle();
+    double last = 0.0;
+    double wished = 0.0;
+    UDAR_CALL(TSGetTime(stepper, &begin_));
+    UDAR_CALL(TSGetTimeStep(stepper, &wished));
+    UDAR_CALL(TSGetMaxTime(stepper, &last));
+    double step = std::min({wished, last - begin_, longest_});
+    UDAR_CALL(VecCopy(state_, start_state_));
+    start_ = ReadArray{start_state_}.values();  // PETSc's own vectors stay where they are
+    bool accepted = false;
+    double next = step;
+    for (int attempt = 0; !accepted; ++attempt) {
+      if (attempt > kMostAttempts) {
+        UDAR_CALL(TSSetConvergedReason(stepper, TS_DIVERGED_STEP_REJECTED));
+        UDAR_CALL(VecCopy(start_state_, state_));
+        return;
+      }
+      const bool settled = sweep(step);
+      if (settled) {
+        const petsc::Judgement judged = petsc::judge_step(stepper, step);
+        accepted = judged.accepted;
+        next = judged.next_step;
+      } else {
+        next = 0.5 * step;
+      }
+      if (!accepted) {
+        petsc::count_rejection(stepper);
+        ++rejected_;
+        double cut = settled ? heavy_impact() * step : 0.0;
+        if (cut > 0.02 * step && cut < 0.999 * step) {
+          next = cut;
+          ++cuts_;
+        } else if (!settled) {
+          next = 0.5 * step;
+        }
+        wanted_ = std::max(wanted_ * 0.7, next);
+        step = next;
+      }
+    }
+    length_ = step;
+    next_step_ = std::min(next, longest_);
+    {
+      const WriteArray state{state_};
+      std::ranges::copy(end_.position, state.values());
+      std::ranges::copy(end_.velocity, state.values() + count_);
+    }
+    write_journal();
+    track_line();
+    pending_ = true;
+    ++steps_;
+    UDAR_CALL(TSSetTime(stepper, begin_ + step));
+    UDAR_CALL(TSSetTimeStep(stepper, next_step_));
+  }
+
+  [[nodiscard]] Error error() const override { return {.norm = error_, .order = static_cast<int>(terms_)}; }
+
+  void roll_back(TS /*stepper*/) override {
+    UDAR_CALL(VecCopy(start_state_, state_));
+    contact_->undo();
+    from_end_ = false;  // the polynomial is that of the step taken back
+    pending_ = false;
+    length_ = 0.0;
+  }
+
+  void interpolate(TS /*stepper*/, double time, Vec solution) override {
+    const WriteArray values{solution};
+    std::vector<std::uint8_t> resting(count_);
+    masses(time, {values.values(), count_}, {values.values() + count_, count_}, resting);
+  }
+
+  void view(TS /*stepper*/, PetscViewer viewer) const override {
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  impact integrator: %d moments, longest step %g s, error of a step %g\n",
+                                     static_cast<int>(moments_), longest_, tolerance_));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, sweeps %d, rejected %d, cut at impacts %d\n",
+                                     static_cast<int>(steps_), static_cast<int>(sweeps_), static_cast<int>(rejected_),
+                                     static_cast<int>(cuts_)));
+  }
+
+  double end_step() override {
+    double time = 0.0;
+    UDAR_CALL(TSGetTime(ts_, &time));
+    return time;
+  }
+  void apply_events() override {}
+  void return_to_start() override {
+    if (length_ > 0.0) {
+      roll_back(ts_);
+      UDAR_CALL(TSSetTime(ts_, begin_));
+    }
+  }
+  [[nodiscard]] double next_step() const override { return next_step_; }
+
+  void masses(double time, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    if (length_ == 0.0) {
+      const ReadArray state{state_};
+      std::copy_n(state.values(), count_, position.begin());
+      std::copy_n(state.values() + count_, count_, velocity.begin());
+      for (std::size_t i = 0; i < count_; ++i) {
+        resting[i] = contact_->resting(i) ? 1 : 0;
+      }
+      return;
+    }
+    const double tau = std::clamp((time - begin_) / length_, 0.0, 1.0);
+    const DenseMap map = dense_map(wf_ * length_, terms_, tau);
+    for (std::size_t i = 0; i < count_; ++i) {
+      double place = map.place_of_start * start_[count_ + i] * length_;
+      double speed = map.speed_of_start * start_[count_ + i] * length_;
+      for (std::size_t j = 0; j < terms_; ++j) {
+        place += map.place[j] * line_[j][i];
+        speed += map.speed[j] * line_[j][i];
+      }
+      position[i] = start_[i] + place;
+      velocity[i] = speed / length_;
+      resting[i] = 0;
+    }
+    for (const Touching& mass : touching_) {
+      local::Problem problem = problem_of(mass.node, length_);
+      problem.until = tau;
+      const local::Outcome outcome = local::advance(problem);
+      position[mass.node] = start_[mass.node] + outcome.displacement;
+      velocity[mass.node] = outcome.velocity / length_;
+      resting[mass.node] = outcome.resting >= 0 ? 1 : 0;
+    }
+  }
+
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    if (length_ == 0.0) {
+      return 0.0;
+    }
+    const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
+    const auto powers = line_powers(node);
+    double sum = 0.0;
+    for (std::size_t k = terms_; k-- > 0;) {
+      sum = sum * tau + powers[k] / static_cast<double>(k + 1);
+    }
+    return length_ * tau * (start_[node] + sum);
+  }
+
+  void save(MotionState& state) const override {
+    for (std::size_t j = 0; j < terms_; ++j) {
+      state.fields["line_" + std::to_string(j)] = line_[j];
+    }
+    state.scalars["line_step"] = polynomial_step_;
+    state.scalars["next_step"] = next_step_;
+  }
+  void restore(const MotionState& state) override {
+    for (std::size_t j = 0; j < terms_; ++j) {
+      line_[j] = state.field("line_" + std::to_string(j), count_);
+    }
+    polynomial_step_ = state.scalar("line_step");
+    next_step_ = state.scalar("next_step");
+    from_end_ = true;
+    begin_step();
+  }
+
+ private:
+  static constexpr double kTolerance = 1e-5;
+  static constexpr int kMostAttempts = 100;
+
+  struct Touching {
+    std::size_t node;
+    std::array<double, kMostTerms> moment;  // u before the sweep
+    std::array<double, kMostTerms> line;    // p
+  };
+
+  /// After a step the line's motion counts from the new positions.
+  void settle() {
+    if (!pending_) {
+      return;
+    }
+    pending_ = false;
+    polynomial_step_ = length_;
+    from_end_ = true;
+    for (std::size_t i = 0; i < count_; ++i) {
+      line_[0][i] -= end_.position[i] - start_[i];
+    }
+  }
+
+  /// The line's motion over a new step: the polynomial at hand, gone on with or cut.
+  void extrapolate(double step) {
+    const double offset = from_end_ ? 1.0 : 0.0;
+    const double ratio = step / polynomial_step_;
+    Square change{};  // [new][old]
+    for (std::size_t old = 0; old < terms_; ++old) {
+      // Legendre coefficients on [0, 1] of L_old(offset + ratio tau), by its powers.
+      std::array<double, kMostTerms> powers = local::kLegendre[old];
+      local::detail::shift(powers, terms_, offset);
+      double scale = 1.0;
+      for (std::size_t k = 0; k < terms_; ++k) {
+        powers[k] *= scale;
+        scale *= ratio;
+      }
+      for (std::size_t k = terms_; k-- > 0;) {
+        const double share = powers[k] / local::kLegendre[k][k];
+        change[k][old] = share;
+        for (std::size_t i = 0; i <= k; ++i) {
+          powers[i] -= share * local::kLegendre[k][i];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      std::array<double, kMostTerms> old{};
+      for (std::size_t j = 0; j < terms_; ++j) {
+        old[j] = line_[j][i];
+      }
+      for (std::size_t j = 0; j < terms_; ++j) {
+        double sum = 0.0;
+        for (std::size_t k = j; k < terms_; ++k) {
+          sum += change[j][k] * old[k];
+        }
+        line_[j][i] = sum;
+      }
+    }
+    polynomial_step_ = step;
+    from_end_ = false;
+  }
+
+  /// What forces add to the line's motion of this step: all of it but what hangs on the masses.
+  void load_line(double step) {
+    const Loads& loads = equations_->loads();
+    if (steady_known_ && !loads.time_dependent()) {
+      return;
+    }
+    steady_known_ = true;
+    const std::vector<double> none(count_, 0.0);
+    equations_->line().solve(none, loads.force(begin_, work_), steady_[0], {});
+    if (loads.time_dependent()) {
+      equations_->line().solve(none, loads.rate(begin_, work_), steady_[1], {});
+      for (std::size_t i = 0; i < count_; ++i) {
+        steady_[1][i] *= 0.5 * step;
+        steady_[0][i] += steady_[1][i];
+      }
+    }
+  }
+
+  /// Repeats solves and local motion until they agree; false if they do not.
+  bool sweep(double step) {
+    const MPI_Comm comm = equations_->beam().comm();
+    map_ = dense_map(wf_ * step, terms_);
+    load_line(step);
+    extrapolate(step);
+    move<true>(step);
+    double before = std::numeric_limits<double>::infinity();
+    for (int sweeps = 1; sweeps <= kMostSweeps; ++sweeps) {
+      add_positions(1.0);
+      std::array<chain::Column, kMostTerms> columns;
+      for (std::size_t j = 0; j < terms_; ++j) {
+        columns[j] = {.displacement = moment_[j].data(), .stretch = line_[j].data()};
+      }
+      equations_->line().solve({columns.data(), terms_});
+      add_positions(-1.0);
+      move<false>(step);
+      ++sweeps_;
+      MPI_Allreduce(MPI_IN_PLACE, &tally_, 1, tally_type_, tally_op_, comm);
+      if (tally_.most[Tally::broken] != 0.0) {
+        contact_->undo();
+        throw SolveError{"the motion is no longer finite after t = " + std::to_string(begin_) +
+                         " s; a load or the line solve is not finite"};
+      }
+      const double z2 = wf_ * wf_ * step * step;
+      const double change =
+          z2 * tally_.most[Tally::change] * std::max(0.5 / scale_.length, 1.0 / (step * scale_.velocity)) / tolerance_;
+      const double decay = std::min(1.0, tally_.most[Tally::last_term] / tally_.most[Tally::term_before]);
+      error_ = std::max(tally_.most[Tally::place_error] / scale_.length,
+                        tally_.most[Tally::speed_error] / (step * scale_.velocity)) *
+               (decay > 0.0 ? decay : 0.0) / tolerance_;
+      if (change <= kSettled) {
+        return true;
+      }
+      // Two sweeps more than a failing step deserves: it is already known to fail.
+      if (change > 0.9 * before && sweeps > 4) {
+        return false;
+      }
+      before = change;
+    }
+    return false;
+  }
+
+  /// The mean of the masses' motion over the step is their position at its start and the mean of what they moved.
+  void add_positions(double sign) {
+    const std::span<const double> axis = equations_->axis();
+    for (std::size_t i = 0; i < count_; ++i) {
+      moment_[0][i] += sign * (start_[i] - axis[i]);
+    }
+  }
+
+  [[nodiscard]] std::array<double, kMostTerms> line_powers(std::size_t node) const {
+    std::array<double, kMostTerms> powers{};
+    for (std::size_t j = 0; j < terms_; ++j) {
+      for (std::size_t k = 0; k <= j; ++k) {
+        powers[k] += line_[j][node] * local::kLegendre[j][k];
+      }
+    }
+    return powers;
+  }
+
+  [[nodiscard]] local::Problem problem_of(std::size_t node, double step) const {
+    local::Problem problem = unit_problem(wf_ * step, terms_);
+    problem.line = line_powers(node);
+    problem.velocity = start_[count_ + node] * step;
+    problem.hop_tolerance = contact_->parameters().hop_tolerance;
+    for (const ContactRun& run : contact_->runs()) {
+      if (node < run.first || node >= run.last) {
+        continue;
+      }
+      const std::size_t index = run.side > 0.0 ? 0 : 1;
+      local::Stop& stop = problem.stops[index];
+      const double at = run.height - start_[node];
+      if (!stop.present || run.side * at > run.side * stop.at) {
+        stop = {.at = at, .restitution = run.restitution, .present = true};
+      }
+      problem.together = std::max(problem.together, contact_->together(start_[node], run.height));
+      if (contact_->resting_on(node, run)) {
+        stop = {.at = at, .restitution = run.restitution, .present = true};
+        problem.resting = static_cast<int>(index);
+      }
+    }
+    return problem;
+  }
+
+  /// The support behind a stop of `problem_of`.
+  [[nodiscard]] const ContactRun& run_of(std::size_t node, int stop) const {
+    const ContactRun* best = nullptr;
+    for (const ContactRun& run : contact_->runs()) {
+      const bool here = node >= run.first && node < run.last && (run.side > 0.0 ? 0 : 1) == stop;
+      if (here && contact_->resting_on(node, run)) {
+        return run;
+      }
+      if (here && (best == nullptr || run.side * run.height > run.side * best->height)) {
+        best = &run;
+      }
+    }
+    return *best;
+  }
+
+  /// Whether a mass may come near a support within the step, for sure not if false.
+  [[nodiscard]] bool may_touch(const ContactRun& run, std::size_t node, double step,
+                               const std::array<double, kMostTerms>& p) const {
+    const double gap = run.side * (start_[node] - run.height);
+    const double speed = run.side * start_[count_ + node] * step;
+    const double z2 = wf_ * wf_ * step * step;
+    double reach = 0.0;
+    for (std::size_t j = 0; j < terms_; ++j) {
+      reach += std::abs(p[j]);
+    }
+    // |P| <= reach and |z| <= |speed| + z2 / 2 reach bound the acceleration.
+    const double pull = 0.5 * z2 * (reach * (1.0 + 0.5 * z2) + std::abs(speed));
+    const double together = contact_->together(start_[node], run.height);
+    return std::min(gap, gap + speed - pull) <= together || gap <= together;
+  }
+
+  /// Local motion of all masses: moments for the next sweep, end of the step, line polynomial in place of the stretch.
+  template <bool Predict>
+  void move(double step) {
+    const petsc::LogScope scope{petsc::log_events().local_motion};
+    tally_ = {};
+    touching_.clear();
+    const auto& runs = contact_->runs();
+    Largest largest;
+    auto next_contact = contact_nodes_.begin();
+    for (std::size_t from = 0; from < count_; from += kBlock) {
+      const std::size_t to = std::min(from + kBlock, count_);
+      const std::size_t first_touching = touching_.size();
+      for (; next_contact != contact_nodes_.end() && *next_contact < to; ++next_contact) {
+        const std::size_t node = *next_contact;
+        std::array<double, kMostTerms> u{};
+        std::array<double, kMostTerms> p{};
+        for (std::size_t j = 0; j < terms_; ++j) {
+          u[j] = moment_[j][node];
+          p[j] = line_[j][node] + (Predict ? 0.0 : u[j] + (j < 2 ? steady_[j][node] : 0.0));
+        }
+        bool touches = contact_->resting(node);
+        for (std::size_t r = 0; r < runs.size() && !touches; ++r) {
+          touches = node >= runs[r].first && node < runs[r].last && may_touch(runs[r], node, step, p);
+        }
+        if (touches) {
+          touching_.push_back({.node = node, .moment = u, .line = p});
+        }
+      }
+      std::size_t done = from;
+      for (std::size_t k = first_touching; k < touching_.size(); ++k) {
+        map_free<Predict>(done, touching_[k].node, step, largest);
+        done = touching_[k].node + 1;
+        move_touching<Predict>(touching_[k], step, largest);
+      }
+      map_free<Predict>(done, to, step, largest);
+    }
+    finish_tally(largest);
+  }
+
+  template <bool Predict>
+  void map_free(std::size_t from, std::size_t to, double step, Largest& largest) {
+    if (from >= to) {
+      return;
+    }
+    Rows rows{};
+    for (std::size_t j = 0; j < terms_; ++j) {
+      rows.moment[j] = moment_[j].data() + from;
+      rows.line[j] = line_[j].data() + from;
+    }
+    rows.steady = {steady_[0].data() + from, steady_[1].data() + from};
+    rows.position = start_ + from;
+    rows.velocity = start_ + count_ + from;
+    rows.place = end_.position.data() + from;
+    rows.speed = end_.velocity.data() + from;
+    map_nodes(terms_, Predict, rows, to - from, map_, step, largest);
+  }
+
+  template <bool Predict>
+  void move_touching(const Touching& mass, double step, Largest& largest) {
+    const std::size_t node = mass.node;
+    for (std::size_t j = 0; j < terms_; ++j) {
+      line_[j][node] = mass.line[j];
+    }
+    largest.last = std::max(largest.last, std::abs(mass.line[terms_ - 1]));
+    largest.before = std::max(largest.before, std::abs(mass.line[terms_ - 2]));
+    const local::Outcome outcome = local::advance(problem_of(node, step));
+    std::array<double, kMostTerms> residual{};
+    for (std::size_t j = 0; j < terms_; ++j) {
+      residual[j] = outcome.moments[j] - mass.moment[j];
+      largest.change = std::max(largest.change, std::abs(residual[j]));
+    }
+    for (std::size_t j = 0; j < terms_; ++j) {
+      double next = Predict ? outcome.moments[j] : mass.moment[j];
+      for (std::size_t k = 0; k < terms_ && !Predict; ++k) {
+        next += map_.gain[j][k] * residual[k];
+      }
+      moment_[j][node] = next;
+    }
+    end_.position[node] = start_[node] + outcome.displacement;
+    end_.velocity[node] = outcome.velocity / step;
+    if (outcome.resting >= 0) {
+      end_.position[node] = run_of(node, outcome.resting).height;
+      end_.velocity[node] = 0.0;
+    }
+    if (outcome.impacts > 0) {
+      const auto bin = std::min(static_cast<std::size_t>(outcome.first_impact * kBins), kBins - 1);
+      tally_.kick[bin] += equations_->line().mass()[node] * outcome.kick;
+      tally_.first[bin] = std::min(tally_.first[bin], outcome.first_impact);
+    }
+    if (outcome.impacts > 0 || outcome.resting >= 0) {
+      // Its own impacts break the orthogonality that hides the neglected term from other masses: the largest integral
+      // of a Legendre polynomial over a part of [0, 1] is below 1/4.
+      const double z2 = wf_ * wf_ * step * step;
+      const double last = 0.25 * z2 * std::abs(line_[terms_ - 1][node]);
+      tally_.most[Tally::speed_error] = std::max(tally_.most[Tally::speed_error], last);
+      tally_.most[Tally::place_error] = std::max(tally_.most[Tally::place_error], 0.5 * last);
+    }
+  }
+
+  void finish_tally(const Largest& largest) {
+    auto& most = tally_.most;
+    most[Tally::change] = std::max(most[Tally::change], largest.change);
+    most[Tally::last_term] = largest.last;
+    most[Tally::term_before] = largest.before;
+    most[Tally::place_error] = std::max(most[Tally::place_error], std::abs(map_.place[terms_ - 1]) * largest.last);
+    most[Tally::speed_error] = std::max(most[Tally::speed_error], std::abs(map_.speed[terms_ - 1]) * largest.last);
+    double zero = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      zero += 0.0 * (end_.position[i] + end_.velocity[i]);
+    }
+    most[Tally::broken] = zero == 0.0 ? 0.0 : 1.0;
+  }
+
+  /// Share of the step at which most momentum is exchanged at once; 0: nothing stands out.
+  [[nodiscard]] double heavy_impact() const {
+    double all = 0.0;
+    std::size_t heaviest = 0;
+    for (std::size_t k = 0; k < kBins; ++k) {
+      all += tally_.kick[k];
+      heaviest = tally_.kick[k] > tally_.kick[heaviest] ? k : heaviest;
+    }
+    return tally_.kick[heaviest] > kHeavy * all ? tally_.first[heaviest] : 0.0;
+  }
+
+  /// Tells contact what happened in the step: the touching masses once more, now that the line's motion is final.
+  void write_journal() {
+    struct Journal {
+      const Impact* self;
+      std::size_t node;
+      double step;
+      double per_mass;
+      [[nodiscard]] double at(double tau) const { return self->begin_ + tau * step; }
+      void impact(int stop, double tau, double before, double after) const {
+        const double v0 = before / step;
+        const double v1 = after / step;
+        self->contact_->hit(self->run_of(node, stop), node, at(tau), v0, v1, 0.5 * per_mass * (v0 * v0 - v1 * v1));
+      }
+      void rest(int stop, double tau, double speed) const {
+        const double v = speed / step;
+        self->contact_->rest(self->run_of(node, stop), node, at(tau), 0.5 * per_mass * v * v);
+      }
+      void release(int stop, double tau) const { self->contact_->release(self->run_of(node, stop), node, at(tau)); }
+      void pressed(int stop, double stretch) const {
+        self->contact_->press(self->run_of(node, stop).support, -self->wf_ * self->wf_ * per_mass * stretch * step);
+      }
+    };
+    for (const Touching& mass : touching_) {
+      const local::Problem problem = problem_of(mass.node, length_);
+      local::advance(
+          problem,
+          Journal{.self = this, .node = mass.node, .step = length_, .per_mass = equations_->line().mass()[mass.node]});
+    }
+  }
+
+  /// Offers the smallest distance of the line from the supports in this step.
+  void track_line() {
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        double low = run.side * (start_[node] + line_[0][node] - run.height);
+        for (std::size_t j = 1; j < terms_; ++j) {
+          low -= std::abs(line_[j][node]);
+        }
+        if (!contact_->smallest(low)) {
+          continue;
+        }
+        const auto powers = line_powers(node);
+        for (int k = 1; k <= 8; ++k) {
+          const double tau = 0.125 * k;
+          const double line = start_[node] + local::detail::value(powers.data(), terms_, tau);
+          contact_->line_at(run.side * (line - run.height), node, begin_ + tau * length_);
+        }
+      }
+    }
+  }
+
+  PetscInt moments_ = 3;
+  std::size_t terms_ = 3;
+  TS ts_ = nullptr;
+  Equations* equations_ = nullptr;
+  ContactState* contact_ = nullptr;
+  MotionScale scale_;
+  double wf_ = 0.0;
+  double tolerance_ = kTolerance;
+  double longest_ = 0.0;
+  std::size_t count_ = 0;
+  Vec state_ = nullptr;
+  petsc::Vector start_state_;
+  const double* start_ = nullptr;
+  MassState end_;
+  std::array<std::vector<double>, kMostTerms> moment_;
+  std::array<std::vector<double>, kMostTerms> line_;
+  std::array<std::vector<double>, 2> steady_;
+  bool steady_known_ = false;
+  std::vector<double> work_;
+  std::vector<std::size_t> contact_nodes_;
+  std::vector<Touching> touching_;
+  DenseMap map_;
+  Tally tally_;
+  MPI_Datatype tally_type_ = MPI_DATATYPE_NULL;
+  MPI_Op tally_op_ = MPI_OP_NULL;
+  double begin_ = 0.0;
+  double length_ = 0.0;           // of the last step [s]; 0: none yet
+  double polynomial_step_ = 0.0;  // over which `line_` is a polynomial [s]
+  bool from_end_ = true;          // the next step starts at its end, not at its start
+  bool pending_ = false;
+  double wanted_ = 0.0;
+  double next_step_ = 0.0;
+  double error_ = 0.0;
+  PetscInt steps_ = 0;
+  PetscInt sweeps_ = 0;
+  PetscInt rejected_ = 0;
+  PetscInt cuts_ = 0;
+};
+
+}  // namespace
+
+PetscErrorCode register_ts_impact() { return petsc::register_integrator<Impact>(kTsImpact); }
+
+}  // namespace udar
