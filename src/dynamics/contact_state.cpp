@@ -52,7 +52,7 @@ void ContactState::hit(const ContactRun& run, std::size_t node, double time, dou
                       .impulse = impulse,
                       .energy_loss = loss});
   press(run.support, impulse);
-  lost_ += loss;
+  losses_.push_back({.time = time, .energy = loss});
 }
 
 void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {
@@ -60,7 +60,7 @@ void ContactState::rest(const ContactRun& run, std::size_t node, double time, do
   rests_.push_back(
       {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = false});
   set_resting(node, run.support);
-  lost_ += loss;
+  losses_.push_back({.time = time, .energy = loss});
 }
 
 void ContactState::release(const ContactRun& run, std::size_t node, double time) {
@@ -68,6 +68,14 @@ void ContactState::release(const ContactRun& run, std::size_t node, double time)
   rests_.push_back(
       {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = true});
   set_resting(node, -1);
+}
+
+double ContactState::lost_before(double time) const {
+  double sum = 0.0;
+  for (const Loss& loss : losses_) {
+    sum += loss.time < time ? loss.energy : 0.0;
+  }
+  return sum;
 }
 
 void ContactState::line_at(double gap, std::size_t node, double time) {
@@ -115,7 +123,7 @@ void ContactState::begin_step() {
   changes_.clear();
   impacts_.clear();
   rests_.clear();
-  lost_ = 0.0;
+  losses_.clear();
   impulse_before_ = impulse_;
   line_gap_before_ = line_gap_;
   any_events_ = false;
@@ -138,7 +146,7 @@ void ContactState::commit(double time, std::span<double> sums) {
   const auto releases = std::ranges::count_if(rests_, &RestRecord::release);
   std::vector<double> all{static_cast<double>(impacts_.size()),
                           static_cast<double>(rests_.size()) - static_cast<double>(releases),
-                          static_cast<double>(releases), lost_};
+                          static_cast<double>(releases), lost_before(std::numeric_limits<double>::infinity())};
   all.insert(all.end(), sums.begin(), sums.end());
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
   std::copy(all.begin() + 4, all.end(), sums.begin());

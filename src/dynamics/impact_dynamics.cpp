@@ -244,11 +244,13 @@ void ImpactDynamics::snapshot(double time) {
   stepper_->masses(time, shown_.position, shown_.velocity, shown_resting_);
   equations_->evaluate(time, shown_.position, shown_line_, true);
   EnergyLedger now = equations_->energy(shown_line_, shown_.position, shown_.velocity);
-  now.lost_in_impacts = contact_.counts().lost;
+  std::array<double, 2> sums{contact_.lost_before(time), 0.0};  // within the step
   if (equations_->loads().time_dependent()) {
-    now.load_work = load_work_ + changing_load_work(time);
-    MPI_Allreduce(MPI_IN_PLACE, &now.load_work, 1, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
+    sums[1] = load_work_ + changing_load_work(time);
   }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
+  now.lost_in_impacts = contact_.counts().lost + sums[0];
+  now.load_work = sums[1];
   largest_kinetic_ = std::max(largest_kinetic_, now.kinetic);
   now.initial = ledger_.initial;
   now.scale = std::max(std::abs(now.initial), largest_kinetic_);

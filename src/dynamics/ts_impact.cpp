@@ -106,7 +106,7 @@ DenseMap dense_map(double angle, std::size_t terms, double until = 1.0) {
 
 /// What all ranks learn from one sweep: maxima, then sums, then minima.
 struct Tally {
-  enum Maximum : std::size_t { change, place_error, speed_error, last_term, term_before, broken, maxima };
+  enum Maximum : std::size_t { change, place_error, speed_error, kink, last_term, term_before, broken, maxima };
   std::array<double, maxima> most{};
   std::array<double, kBins> kick{};
   std::array<double, kBins> first{};
@@ -136,7 +136,8 @@ struct Rows {
   std::array<const double*, 2> steady;     // what forces add to p_0 and p_1
   const double* velocity;                  // at the start [m/s]
   const double* position;
-  double* place;  // at the end
+  const double* axis;  // u_0 counts from it, else from the position at the start
+  double* place;       // at the end
   double* speed;
 };
 
@@ -160,8 +161,9 @@ template <std::size_t Terms, bool Predict>
     double p[Terms];
     double u[Terms];
     double r[Terms];
+    const double base = rows.position[i] - rows.axis[i];
     for (std::size_t j = 0; j < Terms; ++j) {
-      u[j] = rows.moment[j][i];
+      u[j] = rows.moment[j][i] - (j == 0 ? base : 0.0);
       p[j] = rows.line[j][i];
       if (!Predict) {
         p[j] += u[j];
@@ -184,7 +186,7 @@ template <std::size_t Terms, bool Predict>
       for (std::size_t k = 0; k < Terms && !Predict; ++k) {
         next += map.gain[j][k] * r[k];
       }
-      rows.moment[j][i] = next;
+      rows.moment[j][i] = next + (j == 0 ? base : 0.0);
       place += map.place[j] * p[j];
       speed += map.speed[j] * p[j];
       change = std::max(change, std::abs(r[j]));
@@ -227,6 +229,28 @@ UDAR_CLONES void map_nodes(std::size_t terms, bool predict, const Rows& rows, st
     default:
       return map_block<5, true>(rows, count, map, step, largest);
   }
+}
+
+/// What the projection of the line's motion on `terms` polynomials misses of a kink of unit slope, as seen by the mass
+/// that causes it at the same time: the largest integral of the miss from the kink to the end.
+double kink_integral(std::size_t terms) {
+  double largest = 0.0;
+  for (int k = 1; k < 100; ++k) {
+    const double at = 0.01 * k;
+    const double left = 1.0 - at;
+    const std::array<double, 2> ramp{0.0, 1.0};
+    const std::array<double, 1> one{1.0};
+    std::array<double, kMostTerms> of_ramp{};
+    std::array<double, kMostTerms> of_one{};
+    local::detail::add_moments(ramp.data(), 2, at, left, terms, of_ramp);
+    local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
+    double miss = 0.5 * left * left;
+    for (std::size_t j = 0; j < terms; ++j) {
+      miss -= of_ramp[j] * of_one[j] / static_cast<double>(2 * j + 1);
+    }
+    largest = std::max(largest, std::abs(miss));
+  }
+  return largest;
 }
 
 class Impact final : public petsc::TimeIntegrator, public Stepper {
@@ -282,6 +306,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     double least = 0.0;
     double most = 0.0;
     UDAR_CALL(TSAdaptGetStepLimits(adapt, &least, &most));
+    kink_integral_ = kink_integral(terms_);
     longest_ = std::min(most, kLongestAngle / wf_);
     for (std::size_t j = 0; j < terms_; ++j) {
       moment_[j].assign(count_, 0.0);
@@ -445,7 +470,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       resting[i] = 0;
     }
     for (const Touching& mass : touching_) {
-      local::Problem problem = problem_of(mass.node, length_);
+      local::Problem problem = problem_of(mass, length_);
       problem.until = tau;
       const local::Outcome outcome = local::advance(problem);
       position[mass.node] = start_[mass.node] + outcome.displacement;
@@ -492,6 +517,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     std::size_t node;
     std::array<double, kMostTerms> moment;  // u before the sweep
     std::array<double, kMostTerms> line;    // p
+    std::int32_t resting;                   // support + 1 at the start of the step
   };
 
   /// After a step the line's motion counts from the new positions.
@@ -573,13 +599,11 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     move<true>(step);
     double before = std::numeric_limits<double>::infinity();
     for (int sweeps = 1; sweeps <= kMostSweeps; ++sweeps) {
-      add_positions(1.0);
       std::array<chain::Column, kMostTerms> columns;
       for (std::size_t j = 0; j < terms_; ++j) {
         columns[j] = {.displacement = moment_[j].data(), .stretch = line_[j].data()};
       }
       equations_->line().solve({columns.data(), terms_});
-      add_positions(-1.0);
       move<false>(step);
       ++sweeps_;
       MPI_Allreduce(MPI_IN_PLACE, &tally_, 1, tally_type_, tally_op_, comm);
@@ -592,9 +616,12 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       const double change =
           z2 * tally_.most[Tally::change] * std::max(0.5 / scale_.length, 1.0 / (step * scale_.velocity)) / tolerance_;
       const double decay = std::min(1.0, tally_.most[Tally::last_term] / tally_.most[Tally::term_before]);
-      error_ = std::max(tally_.most[Tally::place_error] / scale_.length,
-                        tally_.most[Tally::speed_error] / (step * scale_.velocity)) *
-               (decay > 0.0 ? decay : 0.0) / tolerance_;
+      const auto relative = [&](double place, double speed) {
+        return std::max(place / scale_.length, speed / (step * scale_.velocity)) / tolerance_;
+      };
+      const double smooth = relative(tally_.most[Tally::place_error], tally_.most[Tally::speed_error]);
+      const double kink = z2 * kink_integral_ * tally_.most[Tally::kink];
+      error_ = std::max(smooth * (decay > 0.0 ? decay : 0.0), relative(0.5 * kink, kink));
       if (change <= kSettled) {
         return true;
       }
@@ -607,14 +634,6 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     return false;
   }
 
-  /// The mean of the masses' motion over the step is their position at its start and the mean of what they moved.
-  void add_positions(double sign) {
-    const std::span<const double> axis = equations_->axis();
-    for (std::size_t i = 0; i < count_; ++i) {
-      moment_[0][i] += sign * (start_[i] - axis[i]);
-    }
-  }
-
   [[nodiscard]] std::array<double, kMostTerms> line_powers(std::size_t node) const {
     std::array<double, kMostTerms> powers{};
     for (std::size_t j = 0; j < terms_; ++j) {
@@ -625,7 +644,8 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     return powers;
   }
 
-  [[nodiscard]] local::Problem problem_of(std::size_t node, double step) const {
+  [[nodiscard]] local::Problem problem_of(const Touching& mass, double step) const {
+    const std::size_t node = mass.node;
     local::Problem problem = unit_problem(wf_ * step, terms_);
     problem.line = line_powers(node);
     problem.velocity = start_[count_ + node] * step;
@@ -641,7 +661,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
         stop = {.at = at, .restitution = run.restitution, .present = true};
       }
       problem.together = std::max(problem.together, contact_->together(start_[node], run.height));
-      if (contact_->resting_on(node, run)) {
+      if (mass.resting == run.support + 1) {
         stop = {.at = at, .restitution = run.restitution, .present = true};
         problem.resting = static_cast<int>(index);
       }
@@ -650,11 +670,11 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   }
 
   /// The support behind a stop of `problem_of`.
-  [[nodiscard]] const ContactRun& run_of(std::size_t node, int stop) const {
+  [[nodiscard]] const ContactRun& run_of(const Touching& mass, int stop) const {
     const ContactRun* best = nullptr;
     for (const ContactRun& run : contact_->runs()) {
-      const bool here = node >= run.first && node < run.last && (run.side > 0.0 ? 0 : 1) == stop;
-      if (here && contact_->resting_on(node, run)) {
+      const bool here = mass.node >= run.first && mass.node < run.last && (run.side > 0.0 ? 0 : 1) == stop;
+      if (here && mass.resting == run.support + 1) {
         return run;
       }
       if (here && (best == nullptr || run.side * run.height > run.side * best->height)) {
@@ -662,6 +682,25 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       }
     }
     return *best;
+  }
+
+  /// How much of a mass's displacement the line takes on at once at its node: dx / 2 l on an even Winkler bed of decay
+  /// length l = (4 EI / rhoA wf^2)^(1/4), four times that at an end.
+  [[nodiscard]] double kink_share(std::size_t node) const {
+    const BeamChain& beam = equations_->beam();
+    const PetscInt global = beam.begin() + static_cast<PetscInt>(node);
+    double compliance = std::numeric_limits<double>::infinity();
+    double length = 0.0;
+    bool end = false;
+    for (const BeamElement& element : {beam.element(global - 1), beam.element(global)}) {
+      const bool present = std::isfinite(element.flexural_compliance);
+      compliance = std::min(compliance, element.flexural_compliance);
+      length += present ? 0.5 * element.length : 0.0;
+      end = end || !present;
+    }
+    const double bed = beam.mass(global) * wf_ * wf_ / length;
+    const double decay = std::pow(4.0 / (compliance * bed), 0.25);
+    return std::min(1.0, (end ? 2.0 : 0.5) * length / decay);
   }
 
   /// Whether a mass may come near a support within the step, for sure not if false.
@@ -697,7 +736,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
         std::array<double, kMostTerms> u{};
         std::array<double, kMostTerms> p{};
         for (std::size_t j = 0; j < terms_; ++j) {
-          u[j] = moment_[j][node];
+          u[j] = moment_[j][node] - (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
           p[j] = line_[j][node] + (Predict ? 0.0 : u[j] + (j < 2 ? steady_[j][node] : 0.0));
         }
         bool touches = contact_->resting(node);
@@ -705,7 +744,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
           touches = node >= runs[r].first && node < runs[r].last && may_touch(runs[r], node, step, p);
         }
         if (touches) {
-          touching_.push_back({.node = node, .moment = u, .line = p});
+          touching_.push_back({.node = node, .moment = u, .line = p, .resting = contact_->resting_supports()[node]});
         }
       }
       std::size_t done = from;
@@ -731,6 +770,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     }
     rows.steady = {steady_[0].data() + from, steady_[1].data() + from};
     rows.position = start_ + from;
+    rows.axis = equations_->axis().data() + from;
     rows.velocity = start_ + count_ + from;
     rows.place = end_.position.data() + from;
     rows.speed = end_.velocity.data() + from;
@@ -745,7 +785,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     }
     largest.last = std::max(largest.last, std::abs(mass.line[terms_ - 1]));
     largest.before = std::max(largest.before, std::abs(mass.line[terms_ - 2]));
-    const local::Outcome outcome = local::advance(problem_of(node, step));
+    const local::Outcome outcome = local::advance(problem_of(mass, step));
     std::array<double, kMostTerms> residual{};
     for (std::size_t j = 0; j < terms_; ++j) {
       residual[j] = outcome.moments[j] - mass.moment[j];
@@ -756,26 +796,19 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       for (std::size_t k = 0; k < terms_ && !Predict; ++k) {
         next += map_.gain[j][k] * residual[k];
       }
-      moment_[j][node] = next;
+      moment_[j][node] = next + (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
     }
     end_.position[node] = start_[node] + outcome.displacement;
     end_.velocity[node] = outcome.velocity / step;
     if (outcome.resting >= 0) {
-      end_.position[node] = run_of(node, outcome.resting).height;
+      end_.position[node] = run_of(mass, outcome.resting).height;
       end_.velocity[node] = 0.0;
     }
     if (outcome.impacts > 0) {
       const auto bin = std::min(static_cast<std::size_t>(outcome.first_impact * kBins), kBins - 1);
+      tally_.most[Tally::kink] = std::max(tally_.most[Tally::kink], kink_share(node) * outcome.kick);
       tally_.kick[bin] += equations_->line().mass()[node] * outcome.kick;
       tally_.first[bin] = std::min(tally_.first[bin], outcome.first_impact);
-    }
-    if (outcome.impacts > 0 || outcome.resting >= 0) {
-      // Its own impacts break the orthogonality that hides the neglected term from other masses: the largest integral
-      // of a Legendre polynomial over a part of [0, 1] is below 1/4.
-      const double z2 = wf_ * wf_ * step * step;
-      const double last = 0.25 * z2 * std::abs(line_[terms_ - 1][node]);
-      tally_.most[Tally::speed_error] = std::max(tally_.most[Tally::speed_error], last);
-      tally_.most[Tally::place_error] = std::max(tally_.most[Tally::place_error], 0.5 * last);
     }
   }
 
@@ -808,29 +841,32 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   void write_journal() {
     struct Journal {
       const Impact* self;
-      std::size_t node;
+      const Touching* mass;
       double step;
       double per_mass;
       [[nodiscard]] double at(double tau) const { return self->begin_ + tau * step; }
       void impact(int stop, double tau, double before, double after) const {
         const double v0 = before / step;
         const double v1 = after / step;
-        self->contact_->hit(self->run_of(node, stop), node, at(tau), v0, v1, 0.5 * per_mass * (v0 * v0 - v1 * v1));
+        self->contact_->hit(self->run_of(*mass, stop), mass->node, at(tau), v0, v1,
+                            0.5 * per_mass * (v0 * v0 - v1 * v1));
       }
       void rest(int stop, double tau, double speed) const {
         const double v = speed / step;
-        self->contact_->rest(self->run_of(node, stop), node, at(tau), 0.5 * per_mass * v * v);
+        self->contact_->rest(self->run_of(*mass, stop), mass->node, at(tau), 0.5 * per_mass * v * v);
       }
-      void release(int stop, double tau) const { self->contact_->release(self->run_of(node, stop), node, at(tau)); }
+      void release(int stop, double tau) const {
+        self->contact_->release(self->run_of(*mass, stop), mass->node, at(tau));
+      }
       void pressed(int stop, double stretch) const {
-        self->contact_->press(self->run_of(node, stop).support, -self->wf_ * self->wf_ * per_mass * stretch * step);
+        self->contact_->press(self->run_of(*mass, stop).support, -self->wf_ * self->wf_ * per_mass * stretch * step);
       }
     };
     for (const Touching& mass : touching_) {
-      const local::Problem problem = problem_of(mass.node, length_);
+      const local::Problem problem = problem_of(mass, length_);
       local::advance(
           problem,
-          Journal{.self = this, .node = mass.node, .step = length_, .per_mass = equations_->line().mass()[mass.node]});
+          Journal{.self = this, .mass = &mass, .step = length_, .per_mass = equations_->line().mass()[mass.node]});
     }
   }
 
@@ -877,6 +913,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   std::vector<std::size_t> contact_nodes_;
   std::vector<Touching> touching_;
   DenseMap map_;
+  double kink_integral_ = 0.0;
   Tally tally_;
   MPI_Datatype tally_type_ = MPI_DATATYPE_NULL;
   MPI_Op tally_op_ = MPI_OP_NULL;

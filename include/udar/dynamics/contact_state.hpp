@@ -73,6 +73,8 @@ class ContactState {
   void press(PetscInt support, double impulse) { impulse_[static_cast<std::size_t>(support)] += impulse; }
   /// Offers a distance of the line from a support. @param gap [m]
   void line_at(double gap, std::size_t node, double time);
+  /// Energy that this rank's masses lost in the step before a time [J].
+  [[nodiscard]] double lost_before(double time) const;
   /// Whether a gap would be the smallest so far.
   [[nodiscard]] bool smallest(double gap) const noexcept { return gap < line_gap_.gap; }
   /// @}
@@ -132,7 +134,11 @@ class ContactState {
   std::vector<RestRecord> rests_;
   std::vector<double> impulse_before_;
   LineGap line_gap_before_;
-  double lost_ = 0.0;
+  struct Loss {
+    double time;
+    double energy;
+  };
+  std::vector<Loss> losses_;
   bool any_events_ = false;
 };
 
