@@ -510,7 +510,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   }
 
  private:
-  static constexpr double kTolerance = 1e-5;
+  static constexpr double kTolerance = 1e-7;
   static constexpr int kMostAttempts = 100;
 
   struct Touching {
@@ -891,8 +891,8 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     }
   }
 
-  PetscInt moments_ = 3;
-  std::size_t terms_ = 3;
+  PetscInt moments_ = 4;
+  std::size_t terms_ = 4;
   TS ts_ = nullptr;
   Equations* equations_ = nullptr;
   ContactState* contact_ = nullptr;

@@ -24,7 +24,8 @@ struct RunCounts : ContactCounts {
 
 /// @brief Integrates the filtered equations with a PETSc `TS` and lets masses hit, rest on and leave rigid supports.
 ///
-/// `-ts_type chebyshev` and `impact` meet impacts themselves; around PETSc's own explicit types `LocatedSteps` does.
+/// `-ts_type chebyshev` (default where at most ten nodes can touch) and `impact` (else) meet impacts themselves; around
+/// PETSc's own explicit types `LocatedSteps` does.
 /// This class runs them: it takes snapshots from their dense output, keeps the energy ledger and tells the observers.
 /// @note Options: all of `-ts_*`. Collective throughout. The referenced objects must outlive this one.
 class ImpactDynamics {
@@ -72,6 +73,7 @@ class ImpactDynamics {
 
   void refuse_overlap(const MassState& masses) const;
   [[nodiscard]] MotionScale motion_scale(const MassState& masses, const InitialState& initial) const;
+  [[nodiscard]] TSType default_type() const;
   void configure_stepper();
   void set_absolute_tolerance();
   void start();
