@@ -193,6 +193,10 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   summary.end_time = dynamics.time();
   summary.elements = beam.elements();
   summary.ranks = size;
+  TSType type = nullptr;
+  UDAR_CALL(TSGetType(dynamics.stepper(), &type));
+  summary.integrator = type;
+  summary.integrator_counts = dynamics.tally();
   summary.steps = counts.steps;
   summary.rejected_steps = counts.rejected_steps;
   summary.repeated_steps = counts.repeated_steps;
@@ -222,6 +226,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
                           {"assemble", petsc::event_totals(events.assemble).seconds},
                           {"line_solve", petsc::event_totals(events.solve).seconds},
                           {"contact", petsc::event_totals(events.contact).seconds},
+                          {"local_motion", petsc::event_totals(events.local_motion).seconds},
                           {"output", petsc::event_totals(events.output).seconds}};
   PetscLogDouble memory = 0.0;
   UDAR_CALL(PetscMemoryGetMaximumUsage(&memory));

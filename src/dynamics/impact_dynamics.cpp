@@ -146,11 +146,15 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(register_ts_impact());
   compose_problem(ts_, problem_);
   UDAR_CALL(TSSetType(ts_, default_type()));
+  // -ts_rk_type alone asks for rk, and rk is 5dp here, not PETSc's 3bs.
   std::array<char, 32> asked{};
-  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", asked.data(), asked.size(), nullptr));
-  if (std::string_view{asked.data()} == TSRK) {
+  PetscBool type_given = PETSC_FALSE;
+  PetscBool tableau_given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", asked.data(), asked.size(), &type_given));
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_rk_type", &tableau_given));
+  if (std::string_view{asked.data()} == TSRK || (type_given == PETSC_FALSE && tableau_given == PETSC_TRUE)) {
     UDAR_CALL(TSSetType(ts_, TSRK));
-    UDAR_CALL(TSRKSetType(ts_, TSRK5DP));  // not PETSc's 3bs
+    UDAR_CALL(TSRKSetType(ts_, TSRK5DP));
   }
   UDAR_CALL(TSSetApplicationContext(ts_, this));
   UDAR_CALL(TSSetPostStep(ts_, post_step_callback));

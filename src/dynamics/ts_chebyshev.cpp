@@ -182,6 +182,9 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
   }
 
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
+    return {{"terms", terms_}, {"steps_to_events", located_}};
+  }
   void save(MotionState& state) const override { state.fields["stretch"] = line_.stretch; }
   void restore(const MotionState& state) override {
     start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}});

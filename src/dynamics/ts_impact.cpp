@@ -492,6 +492,9 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     return length_ * tau * (start_[node] + sum);
   }
 
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
+    return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
+  }
   void save(MotionState& state) const override {
     for (std::size_t j = 0; j < terms_; ++j) {
       state.fields["line_" + std::to_string(j)] = line_[j];

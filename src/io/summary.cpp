@@ -20,6 +20,8 @@ std::string as_json(const Summary& summary) {
   json["end_time"] = summary.end_time;
   json["elements"] = summary.elements;
   json["ranks"] = summary.ranks;
+  json["integrator"] = summary.integrator;
+  json["integrator_counts"] = summary.integrator_counts;
   json["steps"] = summary.steps;
   json["rejected_steps"] = summary.rejected_steps;
   json["repeated_steps"] = summary.repeated_steps;

@@ -16,6 +16,11 @@ TIME_TOLERANCE = 1e-7  # [s]
 POSITION_TOLERANCE = 1e-6  # [m]
 VELOCITY_TOLERANCE = 1e-5  # [m/s]: the largest acceleration before an impact, about 100 m/s^2, times the time tolerance
 
+INTEGRATORS = {
+    "rk": {"ts_type": "rk", "ts_rtol": 1e-12, "ts_atol": 1e-13},
+    "chebyshev": {"ts_type": "chebyshev"},
+    "impact": {"ts_type": "impact", "ts_rtol": 1e-11},
+}
 SUPPORTS = {
     "points": {"support_position": "2,8"},
     "ends": {"support_position": "0,10"},
@@ -25,7 +30,7 @@ SUPPORTS = {
 
 
 class Oracle(UdarTest):
-    def check(self, reference):
+    def check(self, reference, integrator):
         window = reference["window"]
         run = self.run_case(
             case(
@@ -35,10 +40,7 @@ class Oracle(UdarTest):
                 initial_slope=reference["initial_slope"],
                 output_interval=0.02,
                 ts_max_time=window,
-                ts_type="rk",
-                ts_rk_type="5dp",
-                ts_rtol=1e-12,
-                ts_atol=1e-13,
+                **INTEGRATORS[integrator],
                 **SUPPORTS[reference["supports"]],
             )
         )
@@ -74,12 +76,13 @@ class Oracle(UdarTest):
             self.assertLess(off.max(), POSITION_TOLERANCE, f"{name} at {expected['time'][off.argmax()]:.2f} s [m]{run}")
 
 
-def add(reference):
-    setattr(Oracle, f"test_{reference['name']}", lambda self: self.check(reference))
+def add(reference, integrator):
+    setattr(Oracle, f"test_{reference['name']}_by_{integrator}", lambda self: self.check(reference, integrator))
 
 
 for entry in json.loads((DATA / "cases.json").read_text()):
-    add(entry)
+    for kind in INTEGRATORS:
+        add(entry, kind)
 
 if __name__ == "__main__":
     unittest.main()

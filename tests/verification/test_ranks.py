@@ -14,6 +14,7 @@ from common import STOPPED_BY_STEPS, UdarTest, case, datasets
 # solves in another order of the ranks may differ by.
 TOLERANCE = 1e-9  # [m]
 
+INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 CASES = {
     "elastic": {"contact_restitution": 1},
@@ -39,17 +40,22 @@ def lines(path):
 
 class Ranks(UdarTest):
     def check(self, changes, ranks_to_try):
+        for integrator in INTEGRATORS:
+            with self.subTest(integrator=integrator):
+                self.check_one({**changes, "ts_type": integrator}, ranks_to_try, integrator)
+
+    def check_one(self, changes, ranks_to_try, integrator):
         if changes.get("initial_shape"):
             shape = self.scratch / "shape.csv"
             rows = [f"{x},{0.01 * np.cos(2 * np.pi * x / 10):.17g}\n" for x in np.linspace(0, 10, 81)]
             shape.write_text("x,offset\n" + "".join(rows))
             changes = {**changes, "initial_shape": shape}
-        options = case(ts_max_time=0.6, ts_rtol=1e-8, **changes)
-        serial = self.run_case(options)
+        options = case(ts_max_time=0.6, **changes)
+        serial = self.run_case(options, name=f"{integrator}_serial")
         expected, impacts = serial.csv("gauges.csv"), serial.csv("impacts.csv")
         for ranks in ranks_to_try:
             with self.subTest(ranks=ranks):
-                run = self.run_case(options, ranks, name=f"ranks{ranks}")
+                run = self.run_case(options, ranks, name=f"{integrator}{ranks}")
                 found = run.csv("gauges.csv")
                 self.assertEqual(list(found), list(expected), run)
                 for name, values in expected.items():
@@ -85,7 +91,7 @@ for key, value in CASES.items():
 class Restart(UdarTest):
     def check(self, ranks, steps, **changes):
         """A run to the end, against one stopped after some steps and gone on with from its restart file."""
-        options = case(ts_max_time=0.8, restart_interval=0.1, output_field_interval=0.1, ts_rtol=1e-7, **changes)
+        options = case(ts_max_time=0.8, restart_interval=0.1, output_field_interval=0.1, **changes)
         whole = self.run_case(options, ranks, name="whole")
         first = self.run_case({**options, "ts_max_steps": steps}, ranks, name="first", code=STOPPED_BY_STEPS)
         second = self.run_case({**options, "restart_file": first.file("restart.h5")}, ranks, name="second")
@@ -109,7 +115,7 @@ class Restart(UdarTest):
 
 
     def test_on_another_number_of_ranks(self):
-        options = case(ts_max_time=0.6, contact_restitution=0.5)
+        options = case(ts_max_time=0.6, contact_restitution=0.5, ts_type="rk")
         whole = self.run_case(options, name="whole")
         first = self.run_case({**options, "ts_max_steps": 150}, 2, name="first", code=STOPPED_BY_STEPS)
         second = self.run_case({**options, "restart_file": first.file("restart.h5")}, 3, name="second")
@@ -121,17 +127,22 @@ class Restart(UdarTest):
                 np.testing.assert_allclose(found[name], values[-rows:], rtol=0, atol=TOLERANCE, err_msg=name)
 
 
+# Steps after which some mass has hit or rests, and before the end.
+STOPS = {"rk": ((1, 60), (2, 150)), "chebyshev": ((1, 5), (2, 8)), "impact": ((1, 40), (2, 60))}
 for name, changes in {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
 }.items():
-    for ranks, steps in ((1, 60), (2, 150)):
-        setattr(
-            Restart,
-            f"test_{name}_after_{steps}_steps_on_{ranks}",
-            lambda self, ranks=ranks, steps=steps, changes=changes: self.check(ranks, steps, **changes),
-        )
+    for integrator, stops in STOPS.items():
+        for ranks, steps in stops:
+            setattr(
+                Restart,
+                f"test_{name}_by_{integrator}_after_{steps}_steps_on_{ranks}",
+                lambda self, ranks=ranks, steps=steps, changes={**changes, "ts_type": integrator}: self.check(
+                    ranks, steps, **changes
+                ),
+            )
 
 if __name__ == "__main__":
     unittest.main()

@@ -50,6 +50,8 @@ class ImpactDynamics {
   /// Whether the run reached its end (not stopped by a request or by `-ts_max_steps`).
   [[nodiscard]] bool completed() const noexcept { return completed_; }
   [[nodiscard]] RunCounts counts() const;
+  /// What the integrator counts of its own, by name.
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const { return stepper_->tally(); }
   [[nodiscard]] const ContactState& contact() const noexcept { return contact_; }
   [[nodiscard]] const EnergyLedger& energy() const noexcept { return ledger_; }  ///< at the last snapshot
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].

@@ -71,6 +71,9 @@ class Stepper {
   /// Evaluations of the acceleration that a right-hand side asked for.
   [[nodiscard]] virtual PetscInt evaluations() const { return 0; }
 
+  /// What else it counts, by name.
+  [[nodiscard]] virtual std::map<std::string, PetscInt> tally() const { return {}; }
+
   /// What must be kept, besides masses and contact, to go on bit for bit. Called between steps.
   virtual void save(MotionState& state) const = 0;
   virtual void restore(const MotionState& state) = 0;

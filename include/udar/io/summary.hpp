@@ -19,9 +19,11 @@ struct Summary {
   double end_time = 0.0;   ///< reached [s]
   PetscInt elements = 0;
   int ranks = 1;
-  PetscInt steps = 0;           ///< accepted
-  PetscInt rejected_steps = 0;  ///< by the error control
-  PetscInt repeated_steps = 0;  ///< taken again to end at an impact
+  std::string integrator;                             ///< the type of the TS
+  std::map<std::string, PetscInt> integrator_counts;  ///< what it counts of its own, in this run of the program
+  PetscInt steps = 0;                                 ///< accepted
+  PetscInt rejected_steps = 0;                        ///< by the error control
+  PetscInt repeated_steps = 0;                        ///< taken again to end at an impact
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
   PetscInt impacts = 0;
