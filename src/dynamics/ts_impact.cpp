@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "udar/dynamics/dense_map.hpp"
 #include "udar/dynamics/local_motion.hpp"
 #include "udar/dynamics/stepper.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
@@ -35,26 +36,6 @@ constexpr double kLongestAngle = 1.5;
 constexpr double kHeavy = 0.3;
 constexpr std::size_t kBins = 8;
 constexpr std::size_t kBlock = 512;
-
-using Square = std::array<std::array<double, kMostTerms>, kMostTerms>;
-
-/// The mass without impacts over a step of one `angle`: z = speed s(tau) + sum_j p_j w_j(tau).
-struct DenseMap {
-  std::array<double, kMostTerms> start{};  // moments of s
-  Square line{};                           // moments of w_j: [moment][j]
-  double place_of_start = 0.0;             // s(1)
-  double speed_of_start = 0.0;             // s'(1)
-  std::array<double, kMostTerms> place{};  // w_j(1)
-  std::array<double, kMostTerms> speed{};  // w_j'(1)
-  Square gain{};                           // (1 - share line)^-1
-};
-
-struct EndMap {
-  double place_of_start;
-  double speed_of_start;
-  std::array<double, kMostTerms> place;
-  std::array<double, kMostTerms> speed;
-};
 
 local::Problem unit_problem(double angle, std::size_t terms) {
   local::Problem problem;
@@ -126,108 +107,6 @@ void combine(void* from, void* into, int* length, MPI_Datatype* /*type*/) {
       b.kick[k] += a.kick[k];
       b.first[k] = std::min(a.first[k], b.first[k]);
     }
-  }
-}
-
-/// Row pointers of one block of nodes.
-struct Rows {
-  std::array<double*, kMostTerms> moment;  // u: what the line was solved for; out: the next
-  std::array<double*, kMostTerms> line;    // d: stretch of the line; out: p
-  std::array<const double*, 2> steady;     // what forces add to p_0 and p_1
-  const double* velocity;                  // at the start [m/s]
-  const double* position;
-  const double* axis;  // u_0 counts from it, else from the position at the start
-  double* place;       // at the end
-  double* speed;
-};
-
-struct Largest {
-  double change = 0.0;
-  double last = 0.0;
-  double before = 0.0;
-};
-
-/// The dense map on a block. Predicting, p is given and the moments are what it makes of them.
-template <std::size_t Terms, bool Predict>
-[[gnu::always_inline]] inline void map_block(const Rows& rows, std::size_t count, const DenseMap& map, double step,
-                                             Largest& largest) {
-  double change = 0.0;
-  double last = 0.0;
-  double before = 0.0;
-  const double per_step = 1.0 / step;
-#pragma GCC ivdep
-  for (std::size_t i = 0; i < count; ++i) {
-    const double velocity = rows.velocity[i] * step;
-    double p[Terms];
-    double u[Terms];
-    double r[Terms];
-    const double base = rows.position[i] - rows.axis[i];
-    for (std::size_t j = 0; j < Terms; ++j) {
-      u[j] = rows.moment[j][i] - (j == 0 ? base : 0.0);
-      p[j] = rows.line[j][i];
-      if (!Predict) {
-        p[j] += u[j];
-        if (j < 2) {
-          p[j] += rows.steady[j][i];
-        }
-        rows.line[j][i] = p[j];
-      }
-    }
-    for (std::size_t j = 0; j < Terms; ++j) {
-      r[j] = map.start[j] * velocity - (Predict ? 0.0 : u[j]);
-      for (std::size_t k = 0; k < Terms; ++k) {
-        r[j] += map.line[j][k] * p[k];
-      }
-    }
-    double place = map.place_of_start * velocity;
-    double speed = map.speed_of_start * velocity;
-    for (std::size_t j = 0; j < Terms; ++j) {
-      double next = Predict ? r[j] : u[j];
-      for (std::size_t k = 0; k < Terms && !Predict; ++k) {
-        next += map.gain[j][k] * r[k];
-      }
-      rows.moment[j][i] = next + (j == 0 ? base : 0.0);
-      place += map.place[j] * p[j];
-      speed += map.speed[j] * p[j];
-      change = std::max(change, std::abs(r[j]));
-    }
-    last = std::max(last, std::abs(p[Terms - 1]));
-    before = std::max(before, std::abs(p[Terms - 2]));
-    if (!Predict) {
-      rows.place[i] = rows.position[i] + place;
-      rows.speed[i] = speed * per_step;
-    }
-  }
-  largest.change = std::max(largest.change, change);
-  largest.last = std::max(largest.last, last);
-  largest.before = std::max(largest.before, before);
-}
-
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-#define UDAR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"), optimize("Ofast")))
-#else
-#define UDAR_CLONES
-#endif
-
-UDAR_CLONES void map_nodes(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map,
-                           double step, Largest& largest) {
-  switch (2 * terms + (predict ? 1 : 0)) {
-    case 4:
-      return map_block<2, false>(rows, count, map, step, largest);
-    case 5:
-      return map_block<2, true>(rows, count, map, step, largest);
-    case 6:
-      return map_block<3, false>(rows, count, map, step, largest);
-    case 7:
-      return map_block<3, true>(rows, count, map, step, largest);
-    case 8:
-      return map_block<4, false>(rows, count, map, step, largest);
-    case 9:
-      return map_block<4, true>(rows, count, map, step, largest);
-    case 10:
-      return map_block<5, false>(rows, count, map, step, largest);
-    default:
-      return map_block<5, true>(rows, count, map, step, largest);
   }
 }
 
@@ -777,7 +656,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     rows.velocity = start_ + count_ + from;
     rows.place = end_.position.data() + from;
     rows.speed = end_.velocity.data() + from;
-    map_nodes(terms_, Predict, rows, to - from, map_, step, largest);
+    map_masses(terms_, Predict, rows, to - from, map_, step, largest);
   }
 
   template <bool Predict>

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "integrators.hpp"
 #include "quad_line.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/run.hpp"
@@ -29,9 +30,10 @@ using namespace udar;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy };
+enum class Kind { solve, accuracy, integrators };
 constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
-                            std::pair<const char*, Kind>{"accuracy", Kind::accuracy}};
+                            std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
+                            std::pair<const char*, Kind>{"integrators", Kind::integrators}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
 struct Form {
@@ -368,7 +370,7 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& 
   }
 }
 
-int bench(MPI_Comm comm) {
+int run_bench(MPI_Comm comm) {
   PetscBool frequency_given = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &frequency_given));
   if (frequency_given == PETSC_FALSE) {
@@ -380,13 +382,16 @@ int bench(MPI_Comm comm) {
   std::vector<PetscInt> sizes{100, 1000, 10000, 100000, 1000000};
   PetscInt repeats = 50;
   bool given = false;
+  bool quick = false;
   double decades = 0.0;
   std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
   {
     petsc::OptionGroup group{comm, "Benchmark (of the beam and filter below; -filter_frequency is 50 unless given)"};
     group.choice<Kind>("-bench_kind", kind, kKinds,
                        "solve: time of a line solve against memory and PETSc, as JSON, of -beam_elements; accuracy: "
-                       "table of error and time by form and size");
+                       "table of error and time by form and size; integrators: tables of error and work of -ts_type "
+                       "chebyshev, impact, rk and a leapfrog on the steel beam of example 01");
+    group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
     group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");
     group.boolean("-bench_given", given, "accuracy of the solver that the options name only (-filter_ksp_*, ...)");
@@ -408,6 +413,8 @@ int bench(MPI_Comm comm) {
       spread_masses(beam, decades);
     }
     solve(comm, beam, filter, repeats, rivals);
+  } else if (kind == Kind::integrators) {
+    udar::bench::integrators(comm, quick);
   } else {
     accuracy(comm, beam, filter, sizes, repeats, given);
   }
@@ -418,5 +425,5 @@ int bench(MPI_Comm comm) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return udar::app::guarded_main(argc, argv, "udar-bench: measurements of udar's parts\n", bench);
+  return udar::app::guarded_main(argc, argv, "udar-bench: measurements of udar's parts\n", run_bench);
 }
