@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <ranges>
 
 #include "udar/contact/impact_law.hpp"
 
@@ -37,7 +38,11 @@ double ContactState::together(double position, double height) const {
 void ContactState::set_resting(std::size_t node, PetscInt support) {
   changes_.push_back({.node = node, .before = resting_[node]});
   resting_[node] = support + 1;
-  local_resting_ += support >= 0 ? 1 : -1;
+  if (support >= 0) {
+    ++local_resting_;
+  } else {
+    --local_resting_;
+  }
 }
 
 void ContactState::hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss) {
@@ -119,6 +124,10 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
   }
 }
 
+void ContactState::count_resting() {
+  local_resting_ = static_cast<std::size_t>(std::ranges::count_if(resting_, [](auto on) { return on != 0; }));
+}
+
 void ContactState::begin_step() {
   changes_.clear();
   impacts_.clear();
@@ -130,10 +139,10 @@ void ContactState::begin_step() {
 }
 
 void ContactState::undo() {
-  for (auto change = changes_.rbegin(); change != changes_.rend(); ++change) {
-    local_resting_ += (change->before != 0 ? 1 : 0) - (resting_[change->node] != 0 ? 1 : 0);
-    resting_[change->node] = change->before;
+  for (const Change& change : changes_ | std::views::reverse) {
+    resting_[change.node] = change.before;
   }
+  count_resting();
   impulse_ = impulse_before_;
   line_gap_ = line_gap_before_;
   begin_step();
@@ -201,7 +210,7 @@ LineGap ContactState::smallest_line_gap() const {
 void ContactState::restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
                            std::span<const double> impulses) {
   resting_.assign(resting.begin(), resting.end());
-  local_resting_ = static_cast<std::size_t>(std::ranges::count_if(resting_, [](auto on) { return on != 0; }));
+  count_resting();
   counts_ = counts;
   line_gap_ = gap;
   int rank = 0;

@@ -3,6 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#ifdef __clang__
+#define UDAR_INDEPENDENT
+#else
+#define UDAR_INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
 namespace udar {
 namespace {
 
@@ -40,7 +46,7 @@ template <std::size_t Terms, bool Predict>
   double change = 0.0;
   double last = 0.0;
   double before = 0.0;
-#pragma GCC ivdep
+  UDAR_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const double velocity = velocities[i];
     const double base = positions[i] - axis[i];

@@ -96,6 +96,7 @@ struct Tally {
 };
 static_assert(sizeof(Tally) == (Tally::maxima + 2 * kBins) * sizeof(double));
 
+// NOLINTNEXTLINE(readability-non-const-parameter): MPI_User_function
 void combine(void* from, void* into, int* length, MPI_Datatype* /*type*/) {
   for (int i = 0; i < *length; ++i) {
     const Tally& a = static_cast<const Tally*>(from)[i];
@@ -348,6 +349,11 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       velocity[i] = speed / length_;
       resting[i] = 0;
     }
+    for (const auto& [run, node] : pressed_) {
+      position[node] = run->height;
+      velocity[node] = 0.0;
+      resting[node] = 1;
+    }
     for (const Touching& mass : touching_) {
       local::Problem problem = problem_of(mass, length_);
       problem.until = tau;
@@ -400,6 +406,11 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     std::array<double, kMostTerms> moment;  // u before the sweep
     std::array<double, kMostTerms> line;    // p
     std::int32_t resting;                   // support + 1 at the start of the step
+  };
+
+  struct Pressed {
+    const ContactRun* run;
+    std::size_t node;
   };
 
   /// After a step the line's motion counts from the new positions.
@@ -553,14 +564,16 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
 
   /// The support behind a stop of `problem_of`.
   [[nodiscard]] const ContactRun& run_of(const Touching& mass, int stop) const {
-    const ContactRun* best = nullptr;
+    const ContactRun* best = &contact_->runs().front();  // a touching mass has one
+    bool found = false;
     for (const ContactRun& run : contact_->runs()) {
       const bool here = mass.node >= run.first && mass.node < run.last && (run.side > 0.0 ? 0 : 1) == stop;
       if (here && mass.resting == run.support + 1) {
         return run;
       }
-      if (here && (best == nullptr || run.side * run.height > run.side * best->height)) {
+      if (here && (!found || run.side * run.height > run.side * best->height)) {
         best = &run;
+        found = true;
       }
     }
     return *best;
@@ -607,11 +620,13 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     const petsc::LogScope scope{petsc::log_events().local_motion};
     tally_ = {};
     touching_.clear();
+    pressed_.clear();
     const auto& runs = contact_->runs();
     Largest largest;
     auto next_contact = contact_nodes_.begin();
     for (std::size_t from = 0; from < count_; from += kBlock) {
       const std::size_t to = std::min(from + kBlock, count_);
+      apart_.clear();
       const std::size_t first_touching = touching_.size();
       for (; next_contact != contact_nodes_.end() && *next_contact < to; ++next_contact) {
         const std::size_t node = *next_contact;
@@ -621,23 +636,63 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
           u[j] = moment_[j][node] - (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
           p[j] = line_[j][node] + (Predict ? 0.0 : u[j] + (j < 2 ? steady_[j][node] : 0.0));
         }
+        if (contact_->resting(node) && stays_at_rest<Predict>(node, u, p, largest)) {
+          continue;
+        }
         bool touches = contact_->resting(node);
         for (std::size_t r = 0; r < runs.size() && !touches; ++r) {
           touches = node >= runs[r].first && node < runs[r].last && may_touch(runs[r], node, step, p);
         }
         if (touches) {
+          apart_.push_back(node);
           touching_.push_back({.node = node, .moment = u, .line = p, .resting = contact_->resting_supports()[node]});
         }
       }
       std::size_t done = from;
+      for (const std::size_t node : apart_) {
+        map_free<Predict>(done, node, step, largest);
+        done = node + 1;
+      }
       for (std::size_t k = first_touching; k < touching_.size(); ++k) {
-        map_free<Predict>(done, touching_[k].node, step, largest);
-        done = touching_[k].node + 1;
         move_touching<Predict>(touching_[k], step, largest);
       }
       map_free<Predict>(done, to, step, largest);
     }
     finish_tally(largest);
+  }
+
+  /// Most resting masses are pressed down all along the step, as a bound of the line's motion tells: nothing to
+  /// compute.
+  template <bool Predict>
+  bool stays_at_rest(std::size_t node, const std::array<double, kMostTerms>& u, const std::array<double, kMostTerms>& p,
+                     Largest& largest) {
+    for (const ContactRun& run : contact_->runs()) {
+      if (!contact_->resting_on(node, run)) {
+        continue;
+      }
+      double pull = run.side * (p[0] + start_[node] - run.height);
+      double change = 0.0;
+      for (std::size_t j = 0; j < terms_; ++j) {
+        pull += j > 0 ? std::abs(p[j]) : 0.0;
+        change = std::max(change, Predict ? 0.0 : std::abs(u[j]));
+      }
+      if (pull >= 0.0) {
+        return false;
+      }
+      for (std::size_t j = 0; j < terms_; ++j) {
+        moment_[j][node] = j == 0 ? start_[node] - equations_->axis()[node] : 0.0;
+        line_[j][node] = p[j];
+      }
+      end_.position[node] = run.height;
+      end_.velocity[node] = 0.0;
+      largest.change = std::max(largest.change, change);
+      largest.last = std::max(largest.last, std::abs(p[terms_ - 1]));
+      largest.before = std::max(largest.before, std::abs(p[terms_ - 2]));
+      pressed_.push_back({.run = &run, .node = node});
+      apart_.push_back(node);
+      return true;
+    }
+    return false;
   }
 
   template <bool Predict>
@@ -744,6 +799,10 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
         self->contact_->press(self->run_of(*mass, stop).support, -self->wf_ * self->wf_ * per_mass * stretch * step);
       }
     };
+    for (const auto& [run, node] : pressed_) {
+      const double stretch = line_[0][node] + start_[node] - run->height;  // its mean
+      contact_->press(run->support, -wf_ * wf_ * equations_->line().mass()[node] * stretch * length_);
+    }
     for (const Touching& mass : touching_) {
       const local::Problem problem = problem_of(mass, length_);
       local::advance(
@@ -794,6 +853,8 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   std::vector<double> work_;
   std::vector<std::size_t> contact_nodes_;
   std::vector<Touching> touching_;
+  std::vector<Pressed> pressed_;    // at rest all along the step
+  std::vector<std::size_t> apart_;  // of a block: not for the dense map
   DenseMap map_;
   double kink_integral_ = 0.0;
   Tally tally_;

@@ -22,7 +22,8 @@ namespace udar::bench {
 struct Motion {
   const char* name;
   PetscInt elements = 20;
-  std::vector<Support> supports{};
+  std::vector<Support>
+      supports{};  // NOLINT(readability-redundant-member-init): else GCC warns of designated initializers
   InitialState initial{.height = 1.0};
   double gravity = 9.81;
   double end = 0.6;
@@ -30,8 +31,8 @@ struct Motion {
 
 struct Method {
   std::string name;
-  std::vector<std::pair<std::string, std::string>> options{};
-  double leapfrog = 0.0;  ///< wf h of the collision leapfrog instead
+  std::vector<std::pair<std::string, std::string>> options{};  // NOLINT(readability-redundant-member-init): as above
+  double leapfrog = 0.0;                                       ///< wf h of the collision leapfrog instead
 };
 
 struct Result {
@@ -268,7 +269,7 @@ inline void local_motion(MPI_Comm comm) {
   const auto row = [&](const char* name, const Motion& motion) {
     const Result result = run(comm, motion, of_type("impact", "1e-5"));
     const double terms = 4.0;
-    const double nodes = static_cast<double>(motion.elements + 1);
+    const auto nodes = static_cast<double>(motion.elements + 1);
     const auto sweeps = static_cast<double>(result.local.calls);  // one more of them a step predicts
     UDAR_CALL(PetscPrintf(comm, "%-24s %8.0f %10.2f %12.2f\n", name, sweeps,
                           result.local.seconds * 1e9 / nodes / sweeps,

@@ -113,6 +113,7 @@ class ContactState {
 
  private:
   void set_resting(std::size_t node, PetscInt support);
+  void count_resting();
 
   const BeamChain* beam_;
   std::span<const double> mass_;

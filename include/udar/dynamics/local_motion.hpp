@@ -147,6 +147,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   }
   std::array<double, kMostPowers> series{};
   std::array<double, kMostPowers> gap{};
+  bool stuck = false;  // rests again where it was released
+  constexpr double kHold = 1e-8;
   constexpr int kMostArcs = 4 * kMostImpacts;
   for (int arc = 0;; ++arc) {
     const double left = problem.until - tau;
@@ -162,8 +164,15 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       }
       pressing[0] += side * problem.stops[index].at;
       double end = pressing[0] < 0.0 ? 0.0 : first_zero(pressing.data(), problem.terms, left);
-      const bool released = end >= 0.0 && end < left;
+      bool released = end >= 0.0 && end < left;
       end = released ? end : left;
+      // Round-off lifts what it has just put back: it stays for the time in which the pull is but round-off.
+      const bool held = released && stuck && tau + end == tau && left > kHold;
+      if (held) {
+        released = false;
+        end = kHold;
+      }
+      stuck = false;
       series[0] = place;
       detail::add_moments(series.data(), 1, tau, end, problem.terms, outcome.moments);
       double stretch = 0.0;
@@ -172,6 +181,9 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       }
       journal.pressed(resting, stretch * end);
       tau += end;
+      if (held) {
+        continue;
+      }
       if (!released) {
         break;
       }
@@ -233,6 +245,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     place = value(series.data(), powers, end);
     velocity = arrived;
     tau += end;
+    const int stood = on;
     on = -1;
     if (met < 0) {
       for (int stop = 0; stop < 2; ++stop) {  // round-off may leave it below by its last bits
@@ -258,9 +271,11 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       outcome.kick += after - before;
       ++outcome.impacts;
     }
-    const bool tired = outcome.impacts >= kMostImpacts || arc >= kMostArcs || (after == 0.0 && end == 0.0);
-    if ((tired && pull <= 0.0) || (pull < 0.0 && after * after <= -2.0 * pull * problem.hop_tolerance)) {
+    // Where it hits too often, or does not get off, the arc of rest tells whether the line lifts it at once.
+    const bool tired = outcome.impacts >= kMostImpacts || arc >= kMostArcs || (before == 0.0 && end == 0.0);
+    if (tired || (pull < 0.0 && after * after <= -2.0 * pull * problem.hop_tolerance)) {
       journal.rest(met, tau, after);
+      stuck = stood == met && before == 0.0 && end == 0.0;
       resting = met;
       velocity = 0.0;
     } else {

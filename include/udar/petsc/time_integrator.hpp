@@ -49,7 +49,7 @@ struct Judgement {
   bool accepted;
   double next_step;
 };
-[[nodiscard]] Judgement judge_step(TS stepper, double step);
+[[nodiscard]] Judgement judge_step(TS stepper, double length);
 /// Counts a step that was taken back, for `TSGetStepRejections`.
 void count_rejection(TS stepper);
 

@@ -1,0 +1,710 @@
+/// @file
+/// The impact integrator on random problems against a slow reference: the same law, in long double, with every zero of
+/// every derivative bracketed.
+
+#include "udar/dynamics/local_motion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace udar {
+namespace {
+
+using Real = long double;
+
+constexpr std::size_t kDerivatives = 34;
+constexpr int kMostCompared = 30;  ///< impacts up to which ends are compared
+constexpr std::size_t kSamples = 8;
+constexpr int kMostAfterRest = 3;  ///< impacts of a mass whose speed `kMostImpacts` took, lifted off again
+
+/// A function by its derivatives at 0: f(s) = sum_k at[k] s^k / k!.
+struct Taylor {
+  std::array<Real, kDerivatives> at{};
+  std::size_t count = 0;
+
+  /// Derivative `order` at s.
+  [[nodiscard]] Real operator()(std::size_t order, Real s) const {
+    static const std::array<Real, kDerivatives> inverse = [] {
+      std::array<Real, kDerivatives> table{};
+      for (std::size_t k = 1; k < kDerivatives; ++k) {
+        table[k] = 1.0L / static_cast<Real>(k);
+      }
+      return table;
+    }();
+    Real sum = 0.0L;
+    for (std::size_t k = count; k-- > order;) {
+      sum = at[k] + sum * s * inverse[k - order + 1];
+    }
+    return sum;
+  }
+
+  /// Sign of the first derivative that is not zero at 0, from `order` on.
+  [[nodiscard]] int leading(std::size_t order) const {
+    for (std::size_t k = order; k < count; ++k) {
+      if (at[k] != 0.0L) {
+        return at[k] > 0.0L ? 1 : -1;
+      }
+    }
+    return 0;
+  }
+
+  /// The zero of derivative `order` in [a, b], whose ends differ in sign: Newton's method, kept in the bracket.
+  [[nodiscard]] Real bracketed(std::size_t order, Real a, Real b) const {
+    const bool rises = (*this)(order, b) > 0.0L;
+    Real s = 0.5L * (a + b);
+    for (int turn = 0; turn < 200; ++turn) {
+      const Real f = (*this)(order, s);
+      if (f == 0.0L) {
+        break;
+      }
+      ((f > 0.0L) == rises ? b : a) = s;
+      Real next = s - f / (*this)(order + 1, s);
+      if (!(next > a && next < b) || turn % 8 == 7) {
+        next = 0.5L * (a + b);
+      }
+      const Real moved = std::abs(next - s);
+      s = next;
+      if (moved <= 1e-19L * s || b - a <= 2e-19L * b) {
+        break;
+      }
+    }
+    return s;
+  }
+
+  /// 0, all sign changes of derivative 1 inside, and `end`, given that derivative `simple` changes sign once at most
+  /// there: between two zeros of a derivative the one below it is monotone.
+  [[nodiscard]] std::vector<Real> turns(std::size_t simple, Real end) const {
+    std::vector<Real> knots{0.0L, end};
+    std::vector<Real> next;
+    for (std::size_t order = simple; order >= 1; --order) {
+      next.assign(1, 0.0L);
+      Real from = (*this)(order, 0.0L);
+      for (std::size_t i = 1; i < knots.size(); ++i) {
+        const Real to = (*this)(order, knots[i]);
+        if ((from < 0.0L && to > 0.0L) || (from > 0.0L && to < 0.0L)) {
+          next.push_back(bracketed(order, knots[i - 1], knots[i]));
+        }
+        from = to;
+      }
+      next.push_back(end);
+      knots = next;
+    }
+    return knots;
+  }
+};
+
+/// Nodes and weights of Gauss quadrature on [0, 1].
+struct Gauss {
+  static constexpr std::size_t kCount = 10;
+  std::array<Real, kCount> node{};
+  std::array<Real, kCount> weight{};
+  Gauss() {
+    for (std::size_t i = 0; i < kCount; ++i) {
+      Real x = std::cos(3.14159265358979323846L * (static_cast<Real>(i) + 0.75L) / (kCount + 0.5L));
+      Real derivative = 1.0L;
+      for (int turn = 0; turn < 12; ++turn) {
+        Real before = 1.0L;
+        Real p = x;
+        for (std::size_t k = 2; k <= kCount; ++k) {
+          const Real k1 = static_cast<Real>(k);
+          const Real after = ((2.0L * k1 - 1.0L) * x * p - (k1 - 1.0L) * before) / k1;
+          before = p;
+          p = after;
+        }
+        derivative = kCount * (x * p - before) / (x * x - 1.0L);
+        x -= p / derivative;
+      }
+      node[i] = 0.5L * (1.0L + x);
+      weight[i] = 1.0L / ((1.0L - x * x) * derivative * derivative);
+    }
+  }
+};
+
+struct Event {
+  char kind = ' ';  ///< i: impact, r: rest, l: release
+  int stop = 0;
+  double tau = 0.0;
+  double before = 0.0;
+  double after = 0.0;
+};
+
+struct Listener {
+  std::vector<Event>* events;
+  void impact(int stop, double tau, double before, double after) const {
+    events->push_back({'i', stop, tau, before, after});
+  }
+  void rest(int stop, double tau, double speed) const { events->push_back({'r', stop, tau, speed, 0.0}); }
+  void release(int stop, double tau) const { events->push_back({'l', stop, tau, 0.0, 0.0}); }
+  void pressed(int /*stop*/, double /*stretch*/) const {}
+};
+
+/// The reference.
+struct Reference {
+  std::array<Real, local::kMostTerms> moments{};
+  std::array<Real, kSamples> sampled{};
+  Real displacement = 0.0L;
+  Real velocity = 0.0L;
+  int resting = -1;
+  int impacts = 0;
+  bool marginal = false;  ///< round-off decides what happens
+  bool cut = false;       ///< more than `kMostCompared` impacts
+  std::vector<Real> releases;
+
+  /// Marginal: an impact slower than 1e-7 of the scale per step in flight, a hop within 1e-3 of the hop tolerance, a
+  /// plastic impact where the pull is 1e-10 of its scale, a gap (or a pressing stretch) whose least value, also at the
+  /// end of the step, is within 1e-10 of the scale from 0.
+  Reference(const local::Problem& problem, Real scale, const std::array<double, kSamples>& samples) {
+    static const Gauss gauss;
+    constexpr Real kNear = 1e-10L;
+    const Real z2 = static_cast<Real>(problem.angle) * problem.angle;
+    Real tau = 0.0L;
+    Real place = 0.0L;
+    velocity = problem.velocity;
+    resting = problem.resting;
+    if (resting >= 0) {
+      place = problem.stops[static_cast<std::size_t>(resting)].at;
+      velocity = 0.0L;
+    }
+    int on = -1;
+    for (int stop = 0; stop < 2 && resting < 0; ++stop) {
+      const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
+      if (support.present && std::abs(support.at) <= problem.together) {
+        on = stop;
+      }
+    }
+    bool released = false;
+    const auto pass = [&](const Taylor& z, Real length, bool last) {
+      for (std::size_t i = 0; i < Gauss::kCount; ++i) {
+        const Real at = z(0, gauss.node[i] * length);
+        const Real x = 2.0L * (tau + gauss.node[i] * length) - 1.0L;
+        Real before = 1.0L;
+        Real p = x;
+        for (std::size_t j = 0; j < problem.terms; ++j) {
+          const Real now = j == 0 ? 1.0L : p;
+          moments[j] += static_cast<Real>(2 * j + 1) * length * gauss.weight[i] * now * at;
+          if (j > 0) {
+            const Real k = static_cast<Real>(j + 1);
+            const Real after = ((2.0L * k - 1.0L) * x * p - (k - 1.0L) * before) / k;
+            before = p;
+            p = after;
+          }
+        }
+      }
+      for (std::size_t i = 0; i < kSamples; ++i) {
+        if (samples[i] >= tau && (last || samples[i] < tau + length)) {
+          sampled[i] = z(0, samples[i] - tau);
+        }
+      }
+      tau += length;
+    };
+    for (;;) {
+      const Real left = 1.0L - tau;
+      std::array<Real, local::kMostTerms> line{};  // derivatives of P at tau
+      for (std::size_t order = 0; order < problem.terms; ++order) {
+        for (std::size_t k = problem.terms; k-- > order;) {
+          Real factor = problem.line[k];
+          for (std::size_t i = 0; i < order; ++i) {
+            factor *= static_cast<Real>(k - i);
+          }
+          line[order] = line[order] * tau + factor;
+        }
+      }
+      if (resting >= 0) {
+        const Real side = resting == 0 ? 1.0L : -1.0L;
+        Taylor pressing;
+        pressing.count = problem.terms;
+        for (std::size_t k = 0; k < problem.terms; ++k) {
+          pressing.at[k] = -side * (line[k] - (k == 0 ? place : 0.0L));
+        }
+        Real end = left;
+        bool leaves = pressing.leading(0) < 0;
+        if (leaves) {
+          end = 0.0L;
+        } else {
+          const std::vector<Real> knots = pressing.turns(problem.terms, left);
+          for (std::size_t i = 1; i < knots.size() && !leaves; ++i) {
+            const Real least = pressing(0, knots[i]);
+            const bool turn = i + 1 == knots.size() || pressing(2, knots[i]) > 0.0L;
+            marginal = marginal || (turn && pressing.leading(0) != 0 && std::abs(least) < kNear * scale);
+            if (least < 0.0L) {
+              leaves = true;
+              end = pressing(0, knots[i - 1]) > 0.0L ? pressing.bracketed(0, knots[i - 1], knots[i]) : knots[i - 1];
+            }
+          }
+        }
+        Taylor still;
+        still.count = 1;
+        still.at[0] = place;
+        pass(still, end, !leaves);
+        if (!leaves) {
+          break;
+        }
+        releases.push_back(tau);
+        on = resting;
+        resting = -1;
+        released = end > 0.0L;
+        velocity = 0.0L;
+        continue;
+      }
+      Taylor z;
+      z.count = kDerivatives;
+      z.at[0] = place;
+      z.at[1] = velocity;
+      for (std::size_t k = 0; k + 2 < kDerivatives; ++k) {
+        z.at[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0L) - z.at[k]);
+      }
+      if (released) {
+        z.at[4] += z2 * z.at[2];
+        z.at[2] = 0.0L;  // what the release means
+        for (std::size_t k = 2; k + 2 < kDerivatives; ++k) {
+          z.at[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0L) - z.at[k]);
+        }
+        released = false;
+      }
+      Real end = left;
+      int met = -1;
+      const std::vector<Real> knots = z.turns(problem.terms, left);
+      bool close = false;
+      Real close_at = 2.0L;
+      for (int stop = 0; stop < 2; ++stop) {
+        const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
+        if (!support.present) {
+          continue;
+        }
+        const Real side = stop == 0 ? 1.0L : -1.0L;
+        Taylor gap = z;
+        for (Real& value : gap.at) {
+          value *= side;
+        }
+        gap.at[0] = on == stop ? 0.0L : side * (place - support.at);
+        if (on == stop && gap.leading(1) < 0) {
+          end = 0.0L;
+          met = stop;
+          continue;
+        }
+        for (std::size_t i = 1; i < knots.size(); ++i) {
+          const Real least = gap(0, knots[i]);
+          const bool turn = i + 1 == knots.size() || gap(2, knots[i]) > 0.0L;
+          if (turn && std::abs(least) < kNear * scale && knots[i] < close_at) {
+            close = true;
+            close_at = knots[i];
+          }
+          if (least < 0.0L) {
+            const Real root = gap.bracketed(0, knots[i - 1], knots[i]);
+            if (root < end || met < 0) {
+              end = root;
+              met = stop;
+            }
+            if (close_at == knots[i]) {
+              close_at = root;
+            }
+            break;
+          }
+        }
+      }
+      marginal = marginal || (close && close_at <= end);
+      const Real arrived = z(1, end);
+      const Real reached = z(0, end);
+      pass(z, end, met < 0);
+      on = -1;
+      velocity = arrived;
+      place = reached;
+      if (met < 0) {
+        break;
+      }
+      const local::Stop& support = problem.stops[static_cast<std::size_t>(met)];
+      const Real side = met == 0 ? 1.0L : -1.0L;
+      const Real pull = side * z(2, end);
+      place = support.at;
+      const Real before = side * velocity;
+      const Real after = before < 0.0L ? -support.restitution * before : 0.0L;
+      if (before < 0.0L) {
+        ++impacts;
+        marginal = marginal || (end > 0.0L && -before < 1e-7L * scale);
+      }
+      const Real limit = -2.0L * pull * problem.hop_tolerance;
+      if (after > 0.0L) {
+        marginal = marginal || std::abs(after * after - limit) < 1e-3L * std::abs(limit);
+      } else if (before < 0.0L) {
+        marginal = marginal || std::abs(pull) < kNear * z2 * scale;
+      }
+      if (impacts > kMostCompared) {
+        cut = true;
+        break;
+      }
+      if ((pull < 0.0L && after * after <= limit) || (after == 0.0L && pull <= 0.0L)) {
+        resting = met;
+        velocity = 0.0L;
+      } else {
+        velocity = side * after;
+        on = met;
+      }
+    }
+    displacement = place;
+  }
+};
+
+/// A problem and the size of its displacements.
+struct Drawn {
+  local::Problem problem;
+  double scale = 0.0;
+};
+
+using Source = std::mt19937_64;
+
+double uniform(Source& source, double from, double to) {
+  return std::uniform_real_distribution<double>(from, to)(source);
+}
+
+std::size_t below(Source& source, std::size_t count) {
+  return std::uniform_int_distribution<std::size_t>(0, count - 1)(source);
+}
+
+Drawn draw(Source& source) {
+  constexpr std::array<double, 5> kRestitutions{0.0, 0.3, 0.5, 0.9, 1.0};
+  constexpr double kTogether = 1e-12;
+  Drawn drawn;
+  local::Problem& problem = drawn.problem;
+  const double length = std::pow(10.0, uniform(source, -2.0, 0.0));
+  problem.hop_tolerance = 1e-10;
+  problem.together = kTogether;
+  problem.angle = uniform(source, 0.05, 1.5);
+  problem.powers = local::powers_for(problem.angle);
+  problem.terms = 2 + below(source, local::kMostTerms - 1);
+  const auto sign = [&source] { return below(source, 2) == 0 ? -1.0 : 1.0; };
+  problem.velocity = below(source, 6) == 0 ? 0.0 : sign() * length * std::pow(10.0, uniform(source, -6.0, 1.0));
+  const std::size_t present = 1 + below(source, 3);  // lower, upper, both
+  for (std::size_t stop = 0; stop < 2; ++stop) {
+    local::Stop& support = problem.stops[stop];
+    support.present = ((present >> stop) & 1U) != 0;
+    support.restitution = kRestitutions[below(source, kRestitutions.size())];
+    support.at = (stop == 0 ? -1.0 : 1.0) * length * std::pow(10.0, uniform(source, -4.0, 0.5));
+  }
+  // Where it starts: off the stops, on one of them, or at rest on it.
+  const std::size_t start = below(source, 4);
+  const std::size_t stop = present == 3 ? below(source, 2) : present - 1;
+  if (start >= 2) {
+    problem.stops[stop].at = below(source, 4) == 0 ? uniform(source, -0.5, 0.5) * kTogether : 0.0;
+  }
+  if (start == 3) {
+    problem.stops[stop].at = 0.0;
+    problem.resting = static_cast<int>(stop);
+    problem.velocity = 0.0;
+  }
+  for (std::size_t k = 0; k < problem.terms; ++k) {
+    problem.line[k] = sign() * length * std::pow(10.0, uniform(source, -2.0, 0.7));
+  }
+  const std::size_t shape = below(source, 8);
+  const double at = problem.stops[stop].at;
+  if (shape == 0) {  // presses on the stop, and lifts later or not at all
+    problem.line[0] = (stop == 0 ? -1.0 : 1.0) * std::abs(problem.line[0]);
+  } else if (shape == 1) {  // touches the stop's place between, or nearly does
+    const double where = uniform(source, 0.0, 1.0);
+    const double curvature = problem.line[1];
+    problem.line = {at + curvature * where * where + (below(source, 2) == 0 ? 0.0 : 1e-4 * sign() * length),
+                    -2.0 * curvature * where};
+    (problem.terms > 2 ? problem.line[2] : problem.line[1]) = curvature;
+  } else if (shape == 2) {  // balances at the start, and leaves with some power of time
+    const std::size_t first = below(source, problem.terms + 1);
+    for (std::size_t k = 0; k < first; ++k) {
+      problem.line[k] = k == 0 ? at : 0.0;
+    }
+  }
+  drawn.scale = std::max(length, std::abs(problem.velocity));
+  for (const double term : problem.line) {
+    drawn.scale = std::max(drawn.scale, std::abs(term));
+  }
+  return drawn;
+}
+
+std::string describe(const local::Problem& problem) {
+  std::array<char, 600> text{};
+  std::snprintf(text.data(), text.size(),
+                "angle %.17g terms %zu line %.17g %.17g %.17g %.17g %.17g velocity %.17g resting %d\n"
+                "lower %d at %.17g e %g, upper %d at %.17g e %g",
+                problem.angle, problem.terms, problem.line[0], problem.line[1], problem.line[2], problem.line[3],
+                problem.line[4], problem.velocity, problem.resting, static_cast<int>(problem.stops[0].present),
+                problem.stops[0].at, problem.stops[0].restitution, static_cast<int>(problem.stops[1].present),
+                problem.stops[1].at, problem.stops[1].restitution);
+  return text.data();
+}
+
+/// Keeps the largest.
+void raise(double& largest, double value) { largest = std::max(largest, std::isnan(value) ? 1e300 : value); }
+
+/// What holds of every end, however many impacts it took.
+void check_end(const local::Problem& problem, const local::Outcome& outcome, double scale) {
+  const double round_off = 1e-14 * scale;
+  for (int stop = 0; stop < 2; ++stop) {
+    const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
+    const double side = stop == 0 ? 1.0 : -1.0;
+    if (!support.present) {
+      continue;
+    }
+    EXPECT_GE(side * (outcome.displacement - support.at), -problem.together - round_off);
+    // A mass put back on the stop at the end of its flight must not have been on its way through it.
+    EXPECT_FALSE(outcome.resting < 0 && outcome.displacement == support.at && problem.until > 0.0 &&
+                 side * outcome.velocity < -1e-9 * scale)
+        << "passed a stop";
+    if (outcome.resting == stop) {
+      EXPECT_EQ(outcome.velocity, 0.0);
+      EXPECT_EQ(outcome.displacement, support.at);
+      const double line = local::detail::value(problem.line.data(), problem.terms, problem.until);
+      EXPECT_LE(side * (line - support.at), round_off) << "missed release";
+    }
+  }
+}
+
+void check_journal(const local::Problem& problem, const local::Outcome& outcome, const std::vector<Event>& events,
+                   double scale) {
+  double lost = 0.0;
+  double kick = 0.0;
+  int impacts = 0;
+  double tau = 0.0;
+  int resting = problem.resting;
+  for (const Event& event : events) {
+    EXPECT_GE(event.tau, tau);
+    EXPECT_LE(event.tau, 1.0);
+    tau = event.tau;
+    if (event.kind == 'i') {
+      const double e = problem.stops[static_cast<std::size_t>(event.stop)].restitution;
+      EXPECT_EQ(resting, -1);
+      EXPECT_LT((event.stop == 0 ? 1.0 : -1.0) * event.before, 0.0);
+      EXPECT_LE(std::abs(event.after + e * event.before), 1e-15 * std::abs(event.before));
+      const double drop = event.before * event.before - event.after * event.after;
+      EXPECT_LE(std::abs(drop - (1.0 - e * e) * event.before * event.before), 1e-15 * event.before * event.before);
+      lost += drop;
+      kick += std::abs(event.after - event.before);
+      ++impacts;
+    } else {
+      EXPECT_EQ(resting, event.kind == 'r' ? -1 : event.stop);
+      resting = event.kind == 'r' ? event.stop : -1;
+    }
+  }
+  EXPECT_EQ(resting, outcome.resting);
+  EXPECT_GE(lost, 0.0);
+  EXPECT_EQ(impacts, outcome.impacts);
+  EXPECT_NEAR(kick, outcome.kick, 1e-12 * (kick + scale));
+  EXPECT_LE(outcome.impacts, local::kMostImpacts + kMostAfterRest);
+}
+
+long asked(long otherwise) {
+  const char* text = std::getenv("UDAR_LOCAL_PROBLEMS");
+  return text == nullptr ? otherwise : std::atol(text);
+}
+
+int failures() { return ::testing::UnitTest::GetInstance()->current_test_info()->result()->total_part_count(); }
+
+TEST(LocalMotion, FollowsASlowReference) {
+  const auto begun = std::chrono::steady_clock::now();
+  const long problems = asked(20000);
+  Source source(20260802);
+  long compared = 0;
+  long marginal = 0;
+  long cut = 0;
+  int most = 0;
+  double displacement = 0.0;
+  double velocity = 0.0;
+  double moment = 0.0;
+  double release = 0.0;
+  double sample = 0.0;
+  int told = 0;
+  int failed = 0;
+  std::vector<Event> events;
+  for (long i = 0; i < problems && told < 10; ++i) {
+    const Drawn drawn = draw(source);
+    const local::Problem& problem = drawn.problem;
+    std::array<double, kSamples> samples{};
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      samples[k] = (static_cast<double>(k) + uniform(source, 0.0, 1.0)) / kSamples;
+    }
+    SCOPED_TRACE("problem " + std::to_string(i));
+    events.clear();
+    const local::Outcome outcome = local::advance(problem, Listener{&events});
+    most = std::max(most, outcome.impacts);
+    check_end(problem, outcome, drawn.scale);
+    check_journal(problem, outcome, events, drawn.scale);
+    const Reference reference(problem, drawn.scale, samples);
+    const bool strict = !reference.marginal && !reference.cut;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      local::Problem part = problem;
+      part.until = samples[k];
+      const local::Outcome there = local::advance(part);
+      check_end(part, there, drawn.scale);
+      if (strict) {
+        const double apart = std::abs(there.displacement - static_cast<double>(reference.sampled[k])) / drawn.scale;
+        raise(sample, apart);
+        EXPECT_LE(apart, 1e-9) << "at " << samples[k];
+      }
+    }
+    if (reference.marginal) {
+      ++marginal;
+    } else if (reference.cut) {
+      ++cut;
+      EXPECT_GT(outcome.impacts, kMostCompared);
+    } else {
+      ++compared;
+      EXPECT_EQ(outcome.impacts, reference.impacts);
+      EXPECT_EQ(outcome.resting, reference.resting);
+      const double off = std::abs(outcome.displacement - static_cast<double>(reference.displacement)) / drawn.scale;
+      const double faster = std::abs(outcome.velocity - static_cast<double>(reference.velocity)) / drawn.scale;
+      raise(displacement, off);
+      raise(velocity, faster);
+      EXPECT_LE(off, 1e-9);
+      EXPECT_LE(faster, 1e-9);
+      for (std::size_t j = 0; j < problem.terms; ++j) {
+        const double apart = std::abs(outcome.moments[j] - static_cast<double>(reference.moments[j])) / drawn.scale;
+        raise(moment, apart);
+        EXPECT_LE(apart, 1e-8) << "moment " << j;
+      }
+      std::size_t releases = 0;
+      for (const Event& event : events) {
+        if (event.kind == 'l') {
+          if (releases < reference.releases.size()) {
+            const double apart = std::abs(event.tau - static_cast<double>(reference.releases[releases]));
+            raise(release, apart);
+            EXPECT_LE(apart, 1e-9) << "release";
+          }
+          ++releases;
+        }
+      }
+      EXPECT_EQ(releases, reference.releases.size());
+    }
+    if (const int now = failures(); now > failed) {
+      failed = now;
+      ++told;
+      std::printf("problem %ld: %s\n", i, describe(problem).c_str());
+    }
+  }
+  EXPECT_LT(static_cast<double>(marginal), 0.02 * static_cast<double>(problems));
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
+  std::printf(
+      "%ld compared, %ld marginal, %ld of more than %d impacts (most %d), %.1f s\n"
+      "largest deviations: displacement %.2g, velocity %.2g, moments %.2g, release %.2g, between %.2g\n",
+      compared, marginal, cut, kMostCompared, most, spent.count(), displacement, velocity, moment, release, sample);
+}
+
+/// Nothing presses it on either stop: its speed is taken all the same.
+TEST(LocalMotion, EndsBetweenCloseStopsThatItNeverRestsOn) {
+  local::Problem problem;
+  problem.angle = 1.0;
+  problem.terms = 2;
+  problem.powers = local::powers_for(problem.angle);
+  problem.velocity = 10.0;
+  problem.stops = {
+      {{.at = -1e-8, .restitution = 1.0, .present = true}, {.at = 1e-8, .restitution = 1.0, .present = true}}};
+  problem.hop_tolerance = 1e-10;
+  problem.together = 1e-12;
+  std::vector<Event> events;
+  const local::Outcome outcome = local::advance(problem, Listener{&events});
+  check_end(problem, outcome, problem.velocity);
+  check_journal(problem, outcome, events, problem.velocity);
+  EXPECT_GE(outcome.impacts, local::kMostImpacts);
+  EXPECT_LE(std::abs(outcome.velocity), 2e-8);
+}
+
+/// The reference's series against sines and cosines.
+TEST(LocalMotion, ReferenceFollowsTheClosedForm) {
+  Source source(7);
+  for (int i = 0; i < 1000; ++i) {
+    Drawn drawn = draw(source);
+    local::Problem& problem = drawn.problem;
+    problem.stops = {};
+    problem.resting = -1;
+    const Real w = problem.angle;
+    const auto& c = problem.line;
+    // z = Q + A cos(w tau) + B sin(w tau), Q = P - P''/w^2 + P''''/w^4
+    const auto particular = [&](Real t) {
+      const Real p = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * c[4])));
+      return p - (2.0L * c[2] + t * (6.0L * c[3] + t * 12.0L * c[4])) / (w * w) + 24.0L * c[4] / (w * w * w * w);
+    };
+    const Real rate = c[1] - 6.0L * c[3] / (w * w);
+    std::array<double, kSamples> samples{};
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      samples[k] = uniform(source, 0.0, 1.0);
+    }
+    const Reference reference(problem, drawn.scale, samples);
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const Real t = samples[k];
+      const Real exact =
+          particular(t) - particular(0.0L) * std::cos(w * t) + (problem.velocity - rate) / w * std::sin(w * t);
+      EXPECT_NEAR(static_cast<double>((reference.sampled[k] - exact) / drawn.scale), 0.0, 1e-11);
+    }
+  }
+}
+
+TEST(LocalMotion, FirstZeroPassesNone) {
+  const long polynomials = asked(20000);
+  Source source(11);
+  double deepest = 0.0;
+  double early = 0.0;
+  for (long i = 0; i < polynomials; ++i) {
+    const std::size_t count = 2 + below(source, 7);
+    const double end = std::pow(10.0, uniform(source, -3.0, 0.0));
+    std::array<double, 8> c{};
+    if (below(source, 2) == 0) {
+      for (std::size_t k = 0; k < count; ++k) {
+        c[k] = uniform(source, -1.0, 1.0) * std::pow(10.0, uniform(source, -4.0, 0.0)) /
+               std::pow(end, static_cast<double>(k));
+      }
+    } else {  // by its zeros, some of them double
+      c[0] = 1.0;
+      double last = 0.0;
+      for (std::size_t degree = 1; degree < count; ++degree) {
+        last = degree > 1 && below(source, 3) == 0 ? last : uniform(source, -0.5, 1.5);
+        for (std::size_t k = degree + 1; k-- > 0;) {
+          c[k] = (k > 0 ? c[k - 1] : 0.0) - last * c[k];
+        }
+      }
+      for (std::size_t k = 0; k < count; ++k) {
+        c[k] /= std::pow(end, static_cast<double>(k));
+      }
+    }
+    if (below(source, 10) == 0) {
+      for (std::size_t k = 0; k < 1 + below(source, count - 1); ++k) {
+        c[k] = 0.0;
+      }
+    }
+    if (c[0] < 0.0) {
+      for (double& value : c) {
+        value = -value;
+      }
+    }
+    Taylor f;
+    f.count = count;
+    Real factorial = 1.0L;
+    Real size = 0.0L;
+    for (std::size_t k = 0; k < count; ++k) {
+      factorial *= k > 0 ? static_cast<Real>(k) : 1.0L;
+      f.at[k] = c[k] * factorial;
+      size += std::abs(c[k]) * std::pow(static_cast<Real>(end), static_cast<Real>(k));
+    }
+    const double zero = local::first_zero(c.data(), count, end);
+    const Real reach = zero < 0.0 ? end : zero;
+    EXPECT_LE(zero, end);
+    Real least = 0.0L;
+    for (const Real knot : f.turns(count, reach)) {
+      least = std::min(least, f(0, knot));
+    }
+    raise(deepest, static_cast<double>(-least / size));
+    EXPECT_GE(static_cast<double>(least / size), -3e-14) << "polynomial " << i << " returned " << zero;
+    if (zero >= 0.0) {
+      raise(early, static_cast<double>(f(0, zero) / size));
+      EXPECT_LE(static_cast<double>(f(0, zero) / size), 1e-13) << "polynomial " << i << " returned " << zero;
+    }
+  }
+  std::printf("deepest %.2g, earliest %.2g of the terms\n", deepest, early);
+}
+
+}  // namespace
+}  // namespace udar
