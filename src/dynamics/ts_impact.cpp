@@ -35,6 +35,9 @@ constexpr double kLongestAngle = 1.5;
 // A failed step is cut at an impact that holds this share of all momentum exchanged in it.
 constexpr double kHeavy = 0.3;
 constexpr std::size_t kBins = 8;
+// ... unless it already lies at a border of the step.
+constexpr double kShortestCut = 0.02;
+constexpr double kLongestCut = 0.999;
 constexpr std::size_t kBlock = 512;
 
 local::Problem unit_problem(double angle, std::size_t terms) {
@@ -220,7 +223,6 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
         line_[j][i] = 0.0;
       }
     }
-    wanted_ = polynomial_step_;
     from_end_ = true;
     length_ = 0.0;
     begin_step();
@@ -261,14 +263,11 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       if (!accepted) {
         petsc::count_rejection(stepper);
         ++rejected_;
-        double cut = settled ? heavy_impact() * step : 0.0;
-        if (cut > 0.02 * step && cut < 0.999 * step) {
+        const double cut = settled ? heavy_impact() * step : 0.0;
+        if (cut > kShortestCut * step && cut < kLongestCut * step) {
           next = cut;
           ++cuts_;
-        } else if (!settled) {
-          next = 0.5 * step;
         }
-        wanted_ = std::max(wanted_ * 0.7, next);
         step = next;
       }
     }
@@ -518,7 +517,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       if (change <= kSettled) {
         return true;
       }
-      // Two sweeps more than a failing step deserves: it is already known to fail.
+      // A sweep that no longer gains after some has met masses whose impacts come and go: a shorter step settles.
       if (change > 0.9 * before && sweeps > 4) {
         return false;
       }
@@ -865,7 +864,6 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
   double polynomial_step_ = 0.0;  // over which `line_` is a polynomial [s]
   bool from_end_ = true;          // the next step starts at its end, not at its start
   bool pending_ = false;
-  double wanted_ = 0.0;
   double next_step_ = 0.0;
   double error_ = 0.0;
   PetscInt steps_ = 0;

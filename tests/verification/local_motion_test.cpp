@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -110,7 +111,7 @@ struct Gauss {
   std::array<Real, kCount> weight{};
   Gauss() {
     for (std::size_t i = 0; i < kCount; ++i) {
-      Real x = std::cos(3.14159265358979323846L * (static_cast<Real>(i) + 0.75L) / (kCount + 0.5L));
+      Real x = std::cos(std::numbers::pi_v<Real> * (static_cast<Real>(i) + 0.75L) / (kCount + 0.5L));
       Real derivative = 1.0L;
       for (int turn = 0; turn < 12; ++turn) {
         Real before = 1.0L;
