@@ -56,6 +56,21 @@ class Solve(unittest.TestCase):
         self.assertIn("tension", result.stderr)
 
 
+class Integrators(unittest.TestCase):
+    def test_work_and_precision(self):
+        result = bench("-bench_kind", "integrators", "-bench_quick")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        first = result.stdout.split("\n\n")[0].strip().splitlines()
+        self.assertIn("fall on two points, N = 20, e = 1.0", first[0])
+        rows = {line[:24].strip(): [float(value) for value in line[24:].split()] for line in first[2:]}
+        solves, error = ({name: row[column] for name, row in rows.items()} for column in (2, 3))
+        self.assertLess(error["chebyshev rtol 1e-8"], 1e-8)
+        self.assertLess(error["impact rtol 1e-7"], 1e-7)
+        self.assertLess(4 * solves["chebyshev rtol 1e-8"], solves["5dp rtol 1e-8"])
+        self.assertGreater(error["5dp rtol 1e-8"], 0.1 * error["chebyshev rtol 1e-8"])
+        self.assertGreater(error["leapfrog wf h 0.0125"], 1e-4)
+
+
 class Accuracy(unittest.TestCase):
     def test_table(self):
         result = bench("-bench_kind", "accuracy", "-bench_elements", "100,10000", "-bench_repeats", "1")

@@ -21,7 +21,8 @@ inline constexpr const char* kTsChebyshev = "chebyshev";
 [[nodiscard]] PetscErrorCode register_ts_chebyshev();
 
 /// @brief Gives a `TS` of a type registered here what it integrates; its solution is Ym, then Vm of the local nodes.
-/// @param problem must outlive the stepper's use
+/// @param problem must outlive the stepper's use; whoever runs the TS ends each step by `ContactState::commit` and
+/// `begin_step`, as `ImpactDynamics` does
 void compose_problem(TS stepper, const ImpactProblem& problem);
 /// @brief What `compose_problem` gave. @throws InputError if there is nothing
 [[nodiscard]] const ImpactProblem& composed_problem(TS stepper);
