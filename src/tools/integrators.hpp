@@ -172,12 +172,12 @@ inline Method of_type(const std::string& type, const std::string& rtol) {
 }
 
 inline void print_head(MPI_Comm comm, const char* title) {
-  UDAR_CALL(PetscPrintf(comm, "\n%s\n%-24s %8s %8s %9s %11s %9s %10s\n", title, "method", "impacts", "steps", "solves",
+  UDAR_CALL(PetscPrintf(comm, "\n%s\n%-25s %8s %8s %9s %11s %9s %10s\n", title, "method", "impacts", "steps", "solves",
                         "error [m]", "drift", "seconds"));
 }
 
 inline void print_row(MPI_Comm comm, const std::string& name, const Result& result, double error) {
-  UDAR_CALL(PetscPrintf(comm, "%-24s %8.0f %8.0f %9.0f %11.1e %9.0e %10.4f\n", name.c_str(), result.impacts,
+  UDAR_CALL(PetscPrintf(comm, "%-25s %8.0f %8.0f %9.0f %11.1e %9.0e %10.4f\n", name.c_str(), result.impacts,
                         result.steps, result.solves, error, result.drift, result.seconds));
 }
 
