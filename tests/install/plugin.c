@@ -1,5 +1,5 @@
 /* A PETSc program that knows nothing of udar: heat conduction along a rod, solved as the options say. */
-#include <petscksp.h>
+#include <petscts.h>
 
 int main(int argc, char** argv) {
   const PetscInt size = 10;
@@ -9,6 +9,8 @@ int main(int argc, char** argv) {
   Vec right = NULL;
   Vec solution = NULL;
   KSP solver = NULL;
+  TS stepper = NULL;
+  PetscBool stepped = PETSC_FALSE;
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, size, size, 3, NULL, 2, NULL, &matrix));
@@ -28,6 +30,14 @@ int main(int argc, char** argv) {
   PetscCall(KSPSetFromOptions(solver));
   PetscCall(KSPSolve(solver, right, solution));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solved\n"));
+  PetscCall(PetscOptionsHasName(NULL, NULL, "-ts_type", &stepped));
+  if (stepped) {
+    PetscCall(TSCreate(PETSC_COMM_WORLD, &stepper));
+    PetscCall(TSSetSolution(stepper, solution));
+    PetscCall(TSSetFromOptions(stepper));
+    PetscCall(TSSetUp(stepper));
+  }
+  PetscCall(TSDestroy(&stepper));
   PetscCall(KSPDestroy(&solver));
   PetscCall(VecDestroy(&solution));
   PetscCall(VecDestroy(&right));

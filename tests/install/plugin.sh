@@ -39,5 +39,9 @@ fi
 
 expect_error "Unable to find requested PC type chain" PCSetType -pc_type chain -ksp_type preonly
 expect_error "'heat' of type seqaij" PCSetUp -dll_append "$library" -pc_type chain -ksp_type preonly
+for type in chebyshev impact; do
+  expect_error "Unknown TS type: $type" TSSetType -ts_type $type
+  expect_error "no problem is composed with this TS" TSSetUp -dll_append "$library" -ts_type $type
+done
 echo "== PETSc's own types still work beside it"
 solve -dll_append "$library" -pc_type jacobi || fail "not solved"
