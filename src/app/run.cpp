@@ -227,6 +227,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
                           {"line_solve", petsc::event_totals(events.solve).seconds},
                           {"contact", petsc::event_totals(events.contact).seconds},
                           {"local_motion", petsc::event_totals(events.local_motion).seconds},
+                          {"reduction", petsc::event_totals(events.reduction).seconds},
                           {"output", petsc::event_totals(events.output).seconds}};
   PetscLogDouble memory = 0.0;
   UDAR_CALL(PetscMemoryGetMaximumUsage(&memory));

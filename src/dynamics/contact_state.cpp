@@ -7,6 +7,7 @@
 #include <ranges>
 
 #include "udar/contact/impact_law.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar {
 namespace {
@@ -157,6 +158,7 @@ void ContactState::commit(double time, std::span<double> sums) {
                           static_cast<double>(rests_.size()) - static_cast<double>(releases),
                           static_cast<double>(releases), lost_before(std::numeric_limits<double>::infinity())};
   all.insert(all.end(), sums.begin(), sums.end());
+  const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
   std::copy(all.begin() + 4, all.end(), sums.begin());
   counts_.impacts += static_cast<PetscInt>(all[0]);

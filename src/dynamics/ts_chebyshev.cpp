@@ -246,6 +246,7 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     const bool supported = !contact_->supports().empty();
     double guess = supported ? guess_event(step) : step;
     if (supported) {
+      const petsc::LogScope reduction{petsc::log_events().reduction};
       MPI_Allreduce(MPI_IN_PLACE, &guess, 1, MPI_DOUBLE, MPI_MIN, comm);
     }
     std::size_t terms = terms_for(std::min(guess, step));
@@ -261,6 +262,7 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
         for (const Candidate& candidate : candidates_) {
           event = std::min(event, candidate.time);
         }
+        const petsc::LogScope reduction{petsc::log_events().reduction};
         MPI_Allreduce(MPI_IN_PLACE, &event, 1, MPI_DOUBLE, MPI_MIN, comm);
       }
       if (event <= horizon) {

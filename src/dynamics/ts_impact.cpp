@@ -498,7 +498,10 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
       equations_->line().solve({columns.data(), terms_});
       move<false>(step);
       ++sweeps_;
-      MPI_Allreduce(MPI_IN_PLACE, &tally_, 1, tally_type_, tally_op_, comm);
+      {
+        const petsc::LogScope reduction{petsc::log_events().reduction};
+        MPI_Allreduce(MPI_IN_PLACE, &tally_, 1, tally_type_, tally_op_, comm);
+      }
       if (tally_.most[Tally::broken] != 0.0) {
         contact_->undo();
         throw SolveError{"the motion is no longer finite after t = " + std::to_string(begin_) +

@@ -110,6 +110,7 @@ Session::Session(int argc, char** argv) {
   UDAR_CALL(PetscLogEventRegister("FilterSolve", library, &events.solve));
   UDAR_CALL(PetscLogEventRegister("Contact", library, &events.contact));
   UDAR_CALL(PetscLogEventRegister("LocalMotion", library, &events.local_motion));
+  UDAR_CALL(PetscLogEventRegister("Reduction", library, &events.reduction));
   UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
 }
 

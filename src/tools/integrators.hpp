@@ -253,10 +253,10 @@ inline void free_vibration(MPI_Comm comm) {
 
 /// Solves, error and time of `-ts_type impact` while the number of impacts grows with the mesh.
 inline void independence(MPI_Comm comm) {
-  print_head(comm, "tilted fall on a floor: impact at rtol 1e-5 against impact at 1e-9");
+  print_head(comm, "tilted fall on a floor: impact at rtol 1e-4 against impact at 1e-9");
   for (const PetscInt elements : {100, 1000, 10000, 100000}) {
     const Result exact = run(comm, tilted(elements), of_type("impact", "1e-9"));
-    const Result result = run(comm, tilted(elements), of_type("impact", "1e-5"));
+    const Result result = run(comm, tilted(elements), of_type("impact", "1e-4"));
     print_row(comm, "N = " + std::to_string(elements), result, difference(comm, result, exact));
   }
 }

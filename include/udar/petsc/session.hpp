@@ -45,6 +45,7 @@ struct LogEvents {
   PetscLogEvent solve = -1;         ///< one line solve, right-hand side included
   PetscLogEvent contact = -1;       ///< search, location and resolution of contact, without the line solves
   PetscLogEvent local_motion = -1;  ///< the masses of `-ts_type impact` over a step, the line given
+  PetscLogEvent reduction = -1;     ///< what the ranks tell each other in a step, without the line solves
   PetscLogEvent output = -1;        ///< everything the observers do
 };
 [[nodiscard]] const LogEvents& log_events();
