@@ -46,6 +46,15 @@ double time_resolution(double time) {
   return kInstantUnits * std::numeric_limits<double>::epsilon() * std::abs(time);
 }
 
+double step_tolerance(TS stepper, const MotionScale& scale) {
+  double atol = 0.0;
+  double rtol = 0.0;
+  PetscBool given = PETSC_FALSE;
+  UDAR_CALL(TSGetTolerances(stepper, &atol, nullptr, &rtol, nullptr));
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_atol", &given));
+  return rtol + (given == PETSC_TRUE ? atol / std::max(scale.length, scale.velocity) : 0.0);
+}
+
 const std::vector<double>& MotionState::field(const std::string& name, std::size_t size) const {
   const auto found = fields.find(name);
   if (found == fields.end() || found->second.size() != size) {

@@ -64,7 +64,7 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     UDAR_CALL(TSGetSolution(stepper, &state_));
     UDAR_CALL(VecDuplicate(state_, start_state_.put()));
     count_ = equations_->line().mass().size();
-    UDAR_CALL(TSGetTolerances(stepper, nullptr, nullptr, &tolerance_, nullptr));
+    tolerance_ = step_tolerance(stepper, problem.scale);
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }
 

@@ -183,7 +183,7 @@ class Impact final : public petsc::TimeIntegrator, public Stepper {
     count_ = equations_->line().mass().size();
     UDAR_CALL(TSGetSolution(stepper, &state_));
     UDAR_CALL(VecDuplicate(state_, start_state_.put()));
-    UDAR_CALL(TSGetTolerances(stepper, nullptr, nullptr, &tolerance_, nullptr));
+    tolerance_ = step_tolerance(stepper, scale_);
     TSAdapt adapt = nullptr;
     UDAR_CALL(TSGetAdapt(stepper, &adapt));
     double least = 0.0;

@@ -2,6 +2,8 @@
 /// @file
 /// What a run asks of whatever advances the masses, and what that needs to know.
 
+#include <petscts.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -78,6 +80,10 @@ class Stepper {
   virtual void save(MotionState& state) const = 0;
   virtual void restore(const MotionState& state) = 0;
 };
+
+/// @brief Error that a step of our own types may make, relative to the motion's scale: `-ts_rtol`, and `-ts_atol` over
+/// the scale if it is given.
+[[nodiscard]] double step_tolerance(TS stepper, const MotionScale& scale);
 
 /// How far two times may differ and still be the same instant [s].
 [[nodiscard]] double time_resolution(double time);
