@@ -101,9 +101,9 @@ class Example(UdarTest):
     def test_energy(self):
         energy = self.finished.csv("energy.csv")
         np.testing.assert_array_equal(energy["time"], self.finished.csv("gauges.csv")["time"])
-        # The default integrator is exact but for 1e-14 per step.
-        self.assertLess(np.abs(energy["drift"]).max(), 1e-10)
-        self.assertLess(abs(self.summary["energy_drift"]), 1e-10)
+        # The case asks for 1e-10 per step of `chebyshev`, and takes some twenty.
+        self.assertLess(np.abs(energy["drift"]).max(), 2e-9)
+        self.assertLess(abs(self.summary["energy_drift"]), 2e-9)
         parts = energy["kinetic"] + energy["line_strain"] + energy["fictitious_springs"] + energy["load_potential"]
         np.testing.assert_allclose(parts, energy["total"], rtol=1e-12, atol=1e-9 * np.abs(energy["total"]).max())
         np.testing.assert_array_less(-1e-9, np.diff(energy["lost_in_impacts"]))
