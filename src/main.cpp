@@ -13,7 +13,8 @@ constexpr const char* kHelp =
     "stiffness wf^2 m; every frequency of the model then lies below the filter frequency wf. Each mass meets the\n"
     "supports alone. Units are SI throughout. Every key below can stand in the case file (YAML) or on the command\n"
     "line, which wins. Integrator options start with -ts_ (default: -ts_type chebyshev where at most ten\n"
-    "nodes can touch a support, else impact; rk is 5dp), solver options with -filter_ksp_ and -filter_pc_.\n"
+    "nodes can touch a support, else impact; -ts_type rk is -ts_rk_type 5dp), solver options with -filter_ksp_ and\n"
+    "-filter_pc_.\n"
     "Each line reads: key <value now>, what it takes [unit], range; then what it means.\n";
 
 }  // namespace
