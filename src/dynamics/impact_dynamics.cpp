@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "udar/dynamics/located_steps.hpp"
+#include "udar/dynamics/problem_stepper.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/dynamics/ts_impact.hpp"
 #include "udar/petsc/array.hpp"
@@ -40,36 +41,6 @@ double multiple(PetscInt count, double interval) {
 }
 
 }  // namespace
-
-double time_resolution(double time) {
-  constexpr double kInstantUnits = 4.0;  // units in the last place
-  return kInstantUnits * std::numeric_limits<double>::epsilon() * std::abs(time);
-}
-
-double step_tolerance(TS stepper, const MotionScale& scale) {
-  double atol = 0.0;
-  double rtol = 0.0;
-  PetscBool given = PETSC_FALSE;
-  UDAR_CALL(TSGetTolerances(stepper, &atol, nullptr, &rtol, nullptr));
-  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_atol", &given));
-  return rtol + (given == PETSC_TRUE ? atol / std::max(scale.length, scale.velocity) : 0.0);
-}
-
-const std::vector<double>& MotionState::field(const std::string& name, std::size_t size) const {
-  const auto found = fields.find(name);
-  if (found == fields.end() || found->second.size() != size) {
-    throw InputError{"option -restart_file: the field '" + name + "' is missing or has another size"};
-  }
-  return found->second;
-}
-
-double MotionState::scalar(const std::string& name) const {
-  const auto found = scalars.find(name);
-  if (found == scalars.end()) {
-    throw InputError{"option -restart_file: the value '" + name + "' is missing"};
-  }
-  return found->second;
-}
 
 ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
                                ContactParameters parameters)

@@ -85,6 +85,9 @@ double first_zero(const double* coefficients, std::size_t count, double end) {
     }
     power *= end;
   }
+  if (!std::isfinite(size)) {
+    return -1.0;  // nothing to be found
+  }
   if (!(end > 0.0)) {
     bound = 0.0;
   }

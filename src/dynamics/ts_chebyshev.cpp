@@ -8,23 +8,17 @@
 
 #include "udar/contact/gap.hpp"
 #include "udar/dynamics/free_motion.hpp"
-#include "udar/petsc/array.hpp"
+#include "udar/dynamics/problem_stepper.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/handle.hpp"
 #include "udar/petsc/session.hpp"
-#include "udar/petsc/time_integrator.hpp"
 
 namespace udar {
 namespace {
 
-using petsc::ReadArray;
-using petsc::WriteArray;
-
 constexpr double kNever = std::numeric_limits<double>::infinity();
-constexpr const char* kComposed = "udar_problem";
 
 // Search grid in units of 1 / wf: coarse points tell whether a node comes near its support, and where it does, a
-// quintic through fine points is off by less than 1e-11 v / wf (docs/theory.md).
+// quintic through fine points is off by less than 1e-10 v / wf (docs/theory.md).
 constexpr double kCoarse = 0.5;
 constexpr int kFine = 4;
 // Terms added at a time while no event is found.
@@ -32,7 +26,7 @@ constexpr std::size_t kStage = 3;
 constexpr std::size_t kFewestTerms = 4;
 constexpr int kNewtonSteps = 20;
 
-class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
+class Chebyshev final : public ProblemStepper {
  public:
   void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
     UDAR_CALL(PetscOptionsInt("-ts_chebyshev_terms_max",
@@ -44,50 +38,17 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
       throw InputError{"option -ts_chebyshev_terms_max: " + std::to_string(terms_max_) +
                        " is not allowed, expected an integer from 6 to 400"};
     }
-    PetscBool given = PETSC_FALSE;
-    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_rtol", &given));
-    if (given == PETSC_FALSE) {
-      UDAR_CALL(TSSetTolerances(stepper, PETSC_DEFAULT, nullptr, kTolerance, nullptr));
-    }
+    set_default_tolerance(stepper, kTolerance);
   }
 
-  void set_up(TS stepper) override {
-    if (motion_) {
-      return;
-    }
-    ts_ = stepper;
-    const ImpactProblem& problem = composed_problem(stepper);
-    equations_ = problem.equations;
-    contact_ = problem.contact;
-    wf_ = equations_->line().filter_frequency();
-    motion_.emplace(equations_->line());
-    UDAR_CALL(TSGetSolution(stepper, &state_));
-    UDAR_CALL(VecDuplicate(state_, start_state_.put()));
-    count_ = equations_->line().mass().size();
-    tolerance_ = step_tolerance(stepper, problem.scale);
-    fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
-  }
-
-  void step(TS stepper) override {
-    double begin = 0.0;
-    double step = 0.0;
-    double last = 0.0;
-    UDAR_CALL(TSGetTime(stepper, &begin));
-    UDAR_CALL(TSGetTimeStep(stepper, &step));
-    UDAR_CALL(TSGetMaxTime(stepper, &last));
-    step = std::min({step, last - begin, fullest_});
+  void step(TS /*stepper*/) override {
+    const double step = enter_step(fullest_);
     if (line_.stretch.empty()) {
-      const ReadArray now{state_};
-      equations_->evaluate(begin, {now.values(), count_}, line_);
+      equations_->evaluate(begin_, {start_, count_}, line_);
     }
-    UDAR_CALL(VecCopy(state_, start_state_));
-    begin_ = begin;
-    const ReadArray start{start_state_};
-    start_ = start.values();
-    length_ = step;
     start_motion();
     find_end(step);
-    const double end = begin + length_;
+    const double end = begin_ + length_;
 
     next_.position.resize(count_);
     next_.velocity.resize(count_);
@@ -105,28 +66,13 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
       }
     }
     contact_->resolve(end, due, wf_ * wf_, next_.position, next_.velocity, line_.stretch);
-    const WriteArray state{state_};
-    std::ranges::copy(next_.position, state.values());
-    std::ranges::copy(next_.velocity, state.values() + count_);
-    UDAR_CALL(TSSetTime(stepper, end));
-    UDAR_CALL(TSSetTimeStep(stepper, fullest_));
-  }
-
-  void roll_back(TS /*stepper*/) override {
-    UDAR_CALL(VecCopy(start_state_, state_));
-    contact_->undo();
-    line_ = line_before_;
-  }
-
-  void interpolate(TS /*stepper*/, double time, Vec solution) override {
-    const WriteArray values{solution};
-    fields(time - begin_, {values.values(), count_}, {values.values() + count_, count_});
+    leave_step(next_, length_, fullest_);
   }
 
   void view(TS /*stepper*/, PetscViewer viewer) const override {
     UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  Chebyshev series: at most %d terms, %g s a step, error of a step %g\n",
                                      static_cast<int>(terms_max_), fullest_, tolerance_));
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, terms %d, events located %d\n", static_cast<int>(steps_),
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, terms %d, events located %d\n", static_cast<int>(steps()),
                                      static_cast<int>(terms_), static_cast<int>(located_)));
   }
 
@@ -135,44 +81,13 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     line_.moment.clear();
     begin_step();
   }
-  void begin_step() override {
-    UDAR_CALL(TSGetTime(ts_, &begin_));
-    length_ = 0.0;
-    resting_before_ = contact_->resting_supports();
-  }
-  double end_step() override {
-    double time = 0.0;
-    UDAR_CALL(TSGetTime(ts_, &time));
-    return time;
-  }
-  void apply_events() override {}
-  void return_to_start() override {
-    if (length_ > 0.0) {
-      roll_back(ts_);
-      UDAR_CALL(TSSetTime(ts_, begin_));
-    }
-  }
   [[nodiscard]] double next_step() const override { return fullest_; }
 
-  void masses(double time, std::span<double> position, std::span<double> velocity,
-              std::span<std::uint8_t> resting) const override {
-    if (length_ == 0.0) {
-      const ReadArray state{state_};
-      std::copy_n(state.values(), count_, position.begin());
-      std::copy_n(state.values() + count_, count_, velocity.begin());
-    } else {
-      fields(std::min(time - begin_, length_), position, velocity);
-    }
-    for (std::size_t i = 0; i < count_; ++i) {
-      resting[i] = resting_before_[i] != 0 ? 1 : 0;
-    }
-  }
-
   [[nodiscard]] double line_integral(std::size_t node, double until) const override {
-    const double time = std::min(until - begin_, length_);
-    if (time <= 0.0) {
-      return 0.0;  // also before the first step
+    if (!stepped_) {
+      return 0.0;
     }
+    const double time = std::clamp(until - begin_, 0.0, length_);
     const double position = start_[node] * time;
     const FreeMotion::Weights sum = motion_->weights(-1, time);
     if (resting_before_[node] != 0) {
@@ -192,6 +107,19 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
 
  private:
   static constexpr double kTolerance = 1e-14;
+
+  void prepare() override {
+    motion_.emplace(equations_->line());
+    fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
+  }
+  void take_back() override { line_ = line_before_; }
+  void within(double elapsed, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    fields(elapsed, position, velocity);
+    for (std::size_t i = 0; i < count_; ++i) {
+      resting[i] = resting_before_[i] != 0 ? 1 : 0;
+    }
+  }
 
   struct Candidate {
     const ContactRun* run;
@@ -276,7 +204,6 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
       searched = horizon;
       terms = std::min(terms + kStage, static_cast<std::size_t>(terms_max_));
     }
-    ++steps_;
     terms_ += static_cast<PetscInt>(motion_->terms());
   }
 
@@ -348,8 +275,12 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
         if (contact_->resting(node) && !contact_->resting_on(node, run)) {
           continue;
         }
+        Kinematics start = gap(run, node, coarse.front());
         for (std::size_t i = 0; i < intervals; ++i) {
-          if (!near(run, node, coarse[i], coarse[i + 1])) {
+          const Kinematics end = gap(run, node, coarse[i + 1]);
+          const bool skipped = !near(run, node, start, end, coarse[i + 1].time - coarse[i].time);
+          start = end;
+          if (skipped) {
             continue;
           }
           if (fine[i].empty()) {
@@ -370,15 +301,11 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     }
   }
 
-  [[nodiscard]] bool near(const ContactRun& run, std::size_t node, const Sample& from, const Sample& to) const {
-    if (contact_->resting(node)) {
-      return true;
-    }
-    const Kinematics start = gap(run, node, from);
-    const Kinematics end = gap(run, node, to);
+  [[nodiscard]] bool near(const ContactRun& run, std::size_t node, const Kinematics& start, const Kinematics& end,
+                          double length) const {
     // An interval resolves the motion: a gap changes by less than twice the larger end speed times its length.
-    const double reach = 2.0 * (to.time - from.time) * std::max(std::abs(start.velocity), std::abs(end.velocity));
-    return std::min(start.position, end.position) <= reach;
+    const double reach = 2.0 * length * std::max(std::abs(start.velocity), std::abs(end.velocity));
+    return contact_->resting_on(node, run) || std::min(start.position, end.position) <= reach;
   }
 
   bool closing(const ContactRun& run, std::size_t node, const Sample& from, const Sample& to) {
@@ -445,9 +372,8 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
   void fields(double time, std::span<double> position, std::span<double> velocity) const {
     motion_->at(motion_->weights(0, time), position);
     motion_->at(motion_->weights(1, time), velocity);
-    const ReadArray start{start_state_};
     for (std::size_t i = 0; i < count_; ++i) {
-      position[i] += start.values()[i];
+      position[i] += start_[i];
     }
   }
 
@@ -456,10 +382,7 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
     for (std::size_t i = 0; i < count_; ++i) {
       zero += 0.0 * (next_.position[i] + next_.velocity[i]);
     }
-    throw_together<SolveError>(equations_->beam().comm(),
-                               zero == 0.0 ? std::string{}
-                                           : "the motion is no longer finite after t = " + std::to_string(begin_) +
-                                                 " s; a load or the line solve is not finite");
+    throw_together<SolveError>(equations_->beam().comm(), zero == 0.0 ? std::string{} : not_finite().what());
   }
 
   [[nodiscard]] double stretch_integral(std::size_t node, double time, const FreeMotion::Weights& sum) const {
@@ -503,19 +426,8 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
   }
 
   PetscInt terms_max_ = 20;
-  TS ts_ = nullptr;
-  Equations* equations_ = nullptr;
-  ContactState* contact_ = nullptr;
-  double wf_ = 0.0;
-  double tolerance_ = kTolerance;
   double fullest_ = 0.0;  // longest step [s]
   std::optional<FreeMotion> motion_;
-  std::size_t count_ = 0;
-  Vec state_ = nullptr;
-  petsc::Vector start_state_;
-  const double* start_ = nullptr;
-  double begin_ = 0.0;
-  double length_ = 0.0;
   LineState line_;  // at the start of the next step
   LineState line_before_;
   std::vector<double> acceleration_;
@@ -523,38 +435,11 @@ class Chebyshev final : public petsc::TimeIntegrator, public Stepper {
   MassState next_;
   std::vector<std::int32_t> resting_before_;
   std::vector<Candidate> candidates_;
-  PetscInt steps_ = 0;
   PetscInt terms_ = 0;
   PetscInt located_ = 0;
 };
 
 }  // namespace
-
-void compose_problem(TS stepper, const ImpactProblem& problem) {
-  using Container = petsc::Handle<PetscContainer, PetscContainerDestroy>;
-  Container container;
-  UDAR_CALL(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(stepper)), container.put()));
-  UDAR_CALL(PetscContainerSetPointer(container, const_cast<ImpactProblem*>(&problem)));
-  UDAR_CALL(PetscObjectCompose(reinterpret_cast<PetscObject>(stepper), kComposed,
-                               reinterpret_cast<PetscObject>(static_cast<PetscContainer>(container))));
-}
-
-const ImpactProblem& composed_problem(TS stepper) {
-  PetscObject object = nullptr;
-  void* pointer = nullptr;
-  UDAR_CALL(PetscObjectQuery(reinterpret_cast<PetscObject>(stepper), kComposed, &object));
-  if (object == nullptr) {
-    TSType type = nullptr;
-    UDAR_CALL(TSGetType(stepper, &type));
-    throw InputError{std::string{"option -ts_type: '"} + type +
-                     "' integrates the filtered motion of udar only, and no problem is composed with this TS; choose "
-                     "another -ts_type"};
-  }
-  UDAR_CALL(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(object), &pointer));
-  return *static_cast<const ImpactProblem*>(pointer);
-}
-
-Stepper* stepper_inside(TS stepper) { return dynamic_cast<Stepper*>(petsc::attached(stepper)); }
 
 PetscErrorCode register_ts_chebyshev() { return petsc::register_integrator<Chebyshev>(kTsChebyshev); }
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "udar/petsc/composed.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/handle.hpp"
 #include "udar/petsc/preconditioner.hpp"
 
 namespace udar {
@@ -110,22 +110,11 @@ class ChainPreconditioner final : public petsc::Preconditioner {
 }  // namespace
 
 void compose_line(Mat matrix, const LineData& line) {
-  using Container = petsc::Handle<PetscContainer, PetscContainerDestroy>;
-  Container container;
-  UDAR_CALL(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), container.put()));
-  UDAR_CALL(PetscContainerSetPointer(container, const_cast<LineData*>(&line)));
-  UDAR_CALL(PetscObjectCompose(reinterpret_cast<PetscObject>(matrix), kComposed,
-                               reinterpret_cast<PetscObject>(static_cast<PetscContainer>(container))));
+  petsc::compose(reinterpret_cast<PetscObject>(matrix), kComposed, line);
 }
 
 const LineData* composed_line(Mat matrix) {
-  PetscObject object = nullptr;
-  void* pointer = nullptr;
-  UDAR_CALL(PetscObjectQuery(reinterpret_cast<PetscObject>(matrix), kComposed, &object));
-  if (object != nullptr) {
-    UDAR_CALL(PetscContainerGetPointer(reinterpret_cast<PetscContainer>(object), &pointer));
-  }
-  return static_cast<const LineData*>(pointer);
+  return petsc::composed<LineData>(reinterpret_cast<PetscObject>(matrix), kComposed);
 }
 
 PetscErrorCode register_pc_chain() { return petsc::register_preconditioner<ChainPreconditioner>(kPcChain); }

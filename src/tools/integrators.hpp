@@ -14,11 +14,10 @@
 #include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
-#include "udar/structure/section.hpp"
 
 namespace udar::bench {
 
-/// The steel beam of example 01 (10 m, radius 0.1 m, wf = 100 rad/s) and how it falls.
+/// How a beam falls, at wf = 100 rad/s; times are for the steel beam of example 01 (10 m, radius 0.1 m).
 struct Motion {
   const char* name;
   PetscInt elements = 20;
@@ -63,15 +62,11 @@ class Samples final : public Observer {
 constexpr double kFilter = 100.0;
 constexpr int kSamples = 10;
 
-inline BeamParameters steel(PetscInt elements) {
-  const Section section = circle_section(0.1, 0.3);
-  BeamParameters beam;
-  beam.segments.push_back({.length = 10.0,
-                           .elements = elements,
-                           .bending_stiffness = 2.1e11 * section.inertia,
-                           .mass_per_length = 7850.0 * section.area});
-  return beam;
-}
+/// Where the tables are made, and of which beam.
+struct Bench {
+  MPI_Comm comm = MPI_COMM_NULL;
+  BeamParameters beam;  ///< of one segment
+};
 
 /// Fixed steps, half kicks; a mass found below its support with a velocity towards it is reversed.
 inline void leapfrog(const Motion& motion, Equations& equations, double angle, Result& result) {
@@ -111,8 +106,10 @@ inline void leapfrog(const Motion& motion, Equations& equations, double angle, R
   result.solves = steps;
 }
 
-inline Result run(MPI_Comm comm, const Motion& motion, const Method& method) {
-  const BeamChain beam{comm, steel(motion.elements)};
+inline Result run(const Bench& bench, const Motion& motion, const Method& method) {
+  BeamParameters parameters = bench.beam;
+  parameters.segments[0].elements = motion.elements;
+  const BeamChain beam{bench.comm, parameters};
   FilteredLine line{beam, {.filter_frequency = kFilter}};
   const Loads loads{beam, motion.gravity, {}};
   Equations equations{line, loads, motion.initial};
@@ -153,12 +150,12 @@ inline Result run(MPI_Comm comm, const Motion& motion, const Method& method) {
 }
 
 /// Root of the mean square difference of the positions over all masses and samples [m].
-inline double difference(MPI_Comm comm, const Result& a, const Result& b) {
+inline double difference(const Bench& bench, const Result& a, const Result& b) {
   std::array<double, 2> sums{0.0, static_cast<double>(a.positions.size())};
   for (std::size_t i = 0; i < a.positions.size(); ++i) {
     sums[0] += (a.positions[i] - b.positions[i]) * (a.positions[i] - b.positions[i]);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, comm);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, bench.comm);
   return std::sqrt(sums[0] / sums[1]);
 }
 
@@ -171,18 +168,18 @@ inline Method of_type(const std::string& type, const std::string& rtol) {
   return method;
 }
 
-inline void print_head(MPI_Comm comm, const char* title) {
-  UDAR_CALL(PetscPrintf(comm, "\n%s\n%-25s %8s %8s %9s %11s %9s %10s\n", title, "method", "impacts", "steps", "solves",
-                        "error [m]", "drift", "seconds"));
+inline void print_head(const Bench& bench, const char* title) {
+  UDAR_CALL(PetscPrintf(bench.comm, "\n%s\n%-25s %8s %8s %9s %11s %9s %10s\n", title, "method", "impacts", "steps",
+                        "solves", "error [m]", "drift", "seconds"));
 }
 
-inline void print_row(MPI_Comm comm, const std::string& name, const Result& result, double error) {
-  UDAR_CALL(PetscPrintf(comm, "%-25s %8.0f %8.0f %9.0f %11.1e %9.0e %10.4f\n", name.c_str(), result.impacts,
+inline void print_row(const Bench& bench, const std::string& name, const Result& result, double error) {
+  UDAR_CALL(PetscPrintf(bench.comm, "%-25s %8.0f %8.0f %9.0f %11.1e %9.0e %10.4f\n", name.c_str(), result.impacts,
                         result.steps, result.solves, error, result.drift, result.seconds));
 }
 
 /// Error against work, with `-ts_type chebyshev` at 1e-14 as the exact motion.
-inline void work_precision(MPI_Comm comm, const Motion& base) {
+inline void work_precision(const Bench& bench, const Motion& base) {
   for (const double restitution : {1.0, 0.5, 0.0}) {
     Motion motion = base;
     for (Support& support : motion.supports) {
@@ -190,9 +187,9 @@ inline void work_precision(MPI_Comm comm, const Motion& base) {
     }
     const std::string title = std::string{base.name} + ", N = " + std::to_string(motion.elements) +
                               ", e = " + std::to_string(restitution).substr(0, 3);
-    print_head(comm, title.c_str());
-    const Result exact = run(comm, motion, of_type("chebyshev", "1e-14"));
-    print_row(comm, "chebyshev rtol 1e-14", exact, 0.0);
+    print_head(bench, title.c_str());
+    const Result exact = run(bench, motion, of_type("chebyshev", "1e-14"));
+    print_row(bench, "chebyshev rtol 1e-14", exact, 0.0);
     std::vector<Method> methods;
     for (const auto& [type, tolerances] :
          std::vector<std::pair<std::string, std::vector<std::string>>>{{"chebyshev", {"1e-8", "1e-10"}},
@@ -212,8 +209,8 @@ inline void work_precision(MPI_Comm comm, const Motion& base) {
       methods.push_back({.name = "leapfrog wf h " + std::to_string(angle).substr(0, 6), .leapfrog = angle});
     }
     for (const Method& method : methods) {
-      const Result result = run(comm, motion, method);
-      print_row(comm, method.name, result, difference(comm, result, exact));
+      const Result result = run(bench, motion, method);
+      print_row(bench, method.name, result, difference(bench, result, exact));
     }
   }
 }
@@ -227,51 +224,51 @@ inline Motion tilted(PetscInt elements) {
 }
 
 /// Solves per unit wf t and nanoseconds per node and unit wf t of a free vibration.
-inline void free_vibration(MPI_Comm comm) {
+inline void free_vibration(const Bench& bench) {
   Motion motion{.name = "free vibration", .gravity = 0.0, .end = 1.0};
   for (int i = 0; i <= 100; ++i) {
     motion.initial.shape.x.push_back(0.1 * i);
     motion.initial.shape.offset.push_back(0.1 * std::cos(0.2 * std::numbers::pi * i) +
                                           0.05 * std::cos(0.05 * std::numbers::pi * i));
   }
-  UDAR_CALL(PetscPrintf(comm, "\nfree vibration and flight: per unit wf t\n%8s %-24s %9s %11s %16s\n", "N", "method",
-                        "solves", "error [m]", "ns per node"));
+  UDAR_CALL(PetscPrintf(bench.comm, "\nfree vibration and flight: per unit wf t\n%8s %-24s %9s %11s %16s\n", "N",
+                        "method", "solves", "error [m]", "ns per node"));
   for (const auto& [elements, end] : {std::pair<PetscInt, double>{1000, 1.0}, {100000, 0.4}}) {
     motion.elements = elements;
     motion.end = end;
-    const Result exact = run(comm, motion, of_type("chebyshev", "1e-14"));
+    const Result exact = run(bench, motion, of_type("chebyshev", "1e-14"));
     for (const Method& method : {of_type("chebyshev", "1e-9"), of_type("chebyshev", "1e-11"),
                                  of_type("chebyshev", "1e-14"), of_type("5dp", "1e-10"), of_type("5dp", "1e-12")}) {
-      const Result result = run(comm, motion, method);
+      const Result result = run(bench, motion, method);
       const double units = kFilter * motion.end;
-      UDAR_CALL(PetscPrintf(comm, "%8lld %-24s %9.2f %11.1e %16.1f\n", static_cast<long long>(elements),
-                            method.name.c_str(), result.solves / units, difference(comm, result, exact),
+      UDAR_CALL(PetscPrintf(bench.comm, "%8lld %-24s %9.2f %11.1e %16.1f\n", static_cast<long long>(elements),
+                            method.name.c_str(), result.solves / units, difference(bench, result, exact),
                             result.seconds * 1e9 / units / static_cast<double>(elements)));
     }
   }
 }
 
 /// Solves, error and time of `-ts_type impact` while the number of impacts grows with the mesh.
-inline void independence(MPI_Comm comm) {
-  print_head(comm, "tilted fall on a floor: impact at rtol 1e-4 against impact at 1e-9");
+inline void independence(const Bench& bench) {
+  print_head(bench, "tilted fall on a floor: impact at rtol 1e-4 against impact at 1e-9");
   for (const PetscInt elements : {100, 1000, 10000, 100000}) {
-    const Result exact = run(comm, tilted(elements), of_type("impact", "1e-9"));
-    const Result result = run(comm, tilted(elements), of_type("impact", "1e-4"));
-    print_row(comm, "N = " + std::to_string(elements), result, difference(comm, result, exact));
+    const Result exact = run(bench, tilted(elements), of_type("impact", "1e-9"));
+    const Result result = run(bench, tilted(elements), of_type("impact", "1e-4"));
+    print_row(bench, "N = " + std::to_string(elements), result, difference(bench, result, exact));
   }
 }
 
 /// Nanoseconds per mass of one sweep's local motion, and of its line solves.
-inline void local_motion(MPI_Comm comm) {
+inline void local_motion(const Bench& bench) {
   constexpr PetscInt kElements = 1000000;
-  UDAR_CALL(PetscPrintf(comm, "\nlocal motion, N = 1e6: nanoseconds per mass and sweep\n%-24s %8s %10s %12s\n",
+  UDAR_CALL(PetscPrintf(bench.comm, "\nlocal motion, N = 1e6: nanoseconds per mass and sweep\n%-24s %8s %10s %12s\n",
                         "masses", "sweeps", "local", "line solves"));
   const auto row = [&](const char* name, const Motion& motion) {
-    const Result result = run(comm, motion, of_type("impact", "1e-5"));
+    const Result result = run(bench, motion, of_type("impact", "1e-5"));
     const double terms = 4.0;
     const auto nodes = static_cast<double>(motion.elements + 1);
     const auto sweeps = static_cast<double>(result.local.calls);  // one more of them a step predicts
-    UDAR_CALL(PetscPrintf(comm, "%-24s %8.0f %10.2f %12.2f\n", name, sweeps,
+    UDAR_CALL(PetscPrintf(bench.comm, "%-24s %8.0f %10.2f %12.2f\n", name, sweeps,
                           result.local.seconds * 1e9 / nodes / sweeps,
                           result.line.seconds * 1e9 / nodes / (result.solves + kSamples + 1) * terms));
   };
@@ -284,34 +281,34 @@ inline void local_motion(MPI_Comm comm) {
                   .end = 0.1});
 }
 
-inline void energy(MPI_Comm comm) {
-  print_head(comm, "energy at default tolerance: drift at the end");
+inline void energy(const Bench& bench) {
+  print_head(bench, "energy at default tolerance: drift at the end");
   const Motion points{.name = "", .supports = {{.position = 2.0}, {.position = 8.0}}, .end = 3.5};
-  const Result by_series = run(comm, points, {.name = "", .options = {{"-ts_type", "chebyshev"}}});
-  print_row(comm, "chebyshev, points", by_series, 0.0);
+  const Result by_series = run(bench, points, {.name = "", .options = {{"-ts_type", "chebyshev"}}});
+  print_row(bench, "chebyshev, points", by_series, 0.0);
   for (const double restitution : {1.0, 0.5}) {
     Motion floor = tilted(1000);
     floor.end = 0.55;
     floor.supports[0].restitution = restitution;
-    const Result result = run(comm, floor, {.name = "", .options = {{"-ts_type", "impact"}}});
-    print_row(comm, "impact, floor, e = " + std::to_string(restitution).substr(0, 3), result, 0.0);
+    const Result result = run(bench, floor, {.name = "", .options = {{"-ts_type", "impact"}}});
+    print_row(bench, "impact, floor, e = " + std::to_string(restitution).substr(0, 3), result, 0.0);
   }
 }
 
 /// All tables, each after one another.
-inline void integrators(MPI_Comm comm, bool quick) {
-  work_precision(comm, {.name = "fall on two points", .supports = {{.position = 2.0}, {.position = 8.0}}});
+inline void integrators(const Bench& bench, bool quick) {
+  work_precision(bench, {.name = "fall on two points", .supports = {{.position = 2.0}, {.position = 8.0}}});
   if (quick) {
     return;
   }
-  work_precision(comm, {.name = "fall on two supports of 1 m",
-                        .elements = 200,
-                        .supports = {{.position = 2.0, .width = 1.0}, {.position = 8.0, .width = 1.0}}});
-  work_precision(comm, tilted(1000));
-  free_vibration(comm);
-  independence(comm);
-  local_motion(comm);
-  energy(comm);
+  work_precision(bench, {.name = "fall on two supports of 1 m",
+                         .elements = 200,
+                         .supports = {{.position = 2.0, .width = 1.0}, {.position = 8.0, .width = 1.0}}});
+  work_precision(bench, tilted(1000));
+  free_vibration(bench);
+  independence(bench);
+  local_motion(bench);
+  energy(bench);
 }
 
 }  // namespace udar::bench

@@ -405,8 +405,8 @@ int run_bench(MPI_Comm comm) {
   if (petsc::Session::help_requested()) {
     return 0;
   }
-  if (beam.segments.size() > 1 && (kind == Kind::accuracy || decades > 0.0)) {
-    throw InputError{"option -beam_length: the accuracy table and -bench_mass_decades are for one segment"};
+  if (beam.segments.size() > 1 && (kind != Kind::solve || decades > 0.0)) {
+    throw InputError{"option -beam_length: the tables and -bench_mass_decades are for one segment"};
   }
   if (kind == Kind::solve) {
     if (decades > 0.0) {
@@ -414,7 +414,7 @@ int run_bench(MPI_Comm comm) {
     }
     solve(comm, beam, filter, repeats, rivals);
   } else if (kind == Kind::integrators) {
-    udar::bench::integrators(comm, quick);
+    udar::bench::integrators({.comm = comm, .beam = beam}, quick);
   } else {
     accuracy(comm, beam, filter, sizes, repeats, given);
   }

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -705,6 +706,25 @@ TEST(LocalMotion, FirstZeroPassesNone) {
     }
   }
   std::printf("deepest %.2g, earliest %.2g of the terms\n", deepest, early);
+}
+
+TEST(LocalMotion, EndsWhateverItIsGiven) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const double bad : {kNan, std::numeric_limits<double>::infinity()}) {
+    const std::array<double, 4> c{1.0, -2.0, bad, 1.0};
+    EXPECT_LT(local::first_zero(c.data(), c.size(), 1.0), 0.0);
+    for (const int resting : {-1, 0}) {
+      local::Problem problem;
+      problem.angle = 1.0;
+      problem.terms = 4;
+      problem.powers = local::powers_for(1.0);
+      problem.line = {0.0, bad, 0.0, 0.0, 0.0};
+      problem.velocity = -1.0;
+      problem.stops[0] = {.at = -0.1, .restitution = 0.5, .present = true};
+      problem.resting = resting;
+      EXPECT_EQ(local::advance(problem).impacts, 0);
+    }
+  }
 }
 
 }  // namespace

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include "support/steel_beam.hpp"
+#include "udar/dynamics/problem_stepper.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/dynamics/ts_impact.hpp"
 #include "udar/petsc/array.hpp"
@@ -155,15 +157,19 @@ TEST(TsTypes, ShowThemselves) {
   for (const char* type : {kTsChebyshev, kTsImpact}) {
     Stepped run{type};
     run.step();
+    int size = 0;
+    MPI_Comm_size(PETSC_COMM_WORLD, &size);
+    const std::string path = testing::TempDir() + "udar_" + type + "_view_" + std::to_string(size) + ".txt";
     PetscViewer viewer = nullptr;
-    UDAR_CALL(PetscViewerASCIIOpen(PETSC_COMM_WORLD, "ts_types_view.txt", &viewer));
+    UDAR_CALL(PetscViewerASCIIOpen(PETSC_COMM_WORLD, path.c_str(), &viewer));
     UDAR_CALL(TSView(run.ts, viewer));
     UDAR_CALL(PetscViewerDestroy(&viewer));
     if (run.beam.begin() > 0) {
       continue;  // the first rank has written it
     }
-    std::ifstream file{"ts_types_view.txt"};
+    std::ifstream file{path};
     const std::string text{std::istreambuf_iterator<char>{file}, {}};
+    std::filesystem::remove(path);
     EXPECT_NE(text.find("type: " + std::string{type}), std::string::npos) << text;
     EXPECT_NE(text.find("steps 1,"), std::string::npos) << text;
   }

@@ -59,7 +59,7 @@ struct Outcome {
 /// More impacts of one mass in one step than this end in rest, with the energy booked as lost.
 inline constexpr int kMostImpacts = 20000;
 
-/// @brief First zero in [0, end] of sum_k c_k s^k, which is not negative at 0; negative: none.
+/// @brief First zero in [0, end] of sum_k c_k s^k, which is not negative at 0; negative: none, or not finite.
 ///
 /// Advances by the zero of the parabola that the bound of the second derivative puts under the function: it cannot pass
 /// a zero, and converges quadratically to one.
@@ -228,7 +228,6 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
           root = gap[0] < 0.0 ? 0.0 : first_zero(gap.data(), powers - skip, end);
         }
       } else {
-        // Nothing can happen where the lowest parabola stays off.
         for (std::size_t k = 0; k < powers; ++k) {
           gap[k] = side * series[k];
         }
@@ -263,8 +262,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     place = support.at;
     const double before = side * velocity;
     const double after = before < 0.0 ? -support.restitution * before : before;
-    std::array<double, kMostTerms> there = problem.line;
-    const double pull = side * z2 * (value(there.data(), problem.terms, tau) - place);
+    const double pull = side * z2 * (value(problem.line.data(), problem.terms, tau) - place);
     if (before < 0.0) {
       journal.impact(met, tau, velocity, side * after);
       outcome.first_impact = std::min(outcome.first_impact, tau);

@@ -4,8 +4,6 @@
 
 #include <petscts.h>
 
-#include "udar/dynamics/stepper.hpp"
-
 namespace udar {
 
 /// Name of the `TS` type.
@@ -19,15 +17,5 @@ inline constexpr const char* kTsChebyshev = "chebyshev";
 /// `-ts_chebyshev_terms_max`, `-ts_rtol` (bound of the truncation error of a step, relative to the norm of what the
 /// step starts with; 1e-14 by default). Needs a problem: `compose_problem`. Source: docs/theory.md.
 [[nodiscard]] PetscErrorCode register_ts_chebyshev();
-
-/// @brief Gives a `TS` of a type registered here what it integrates; its solution is Ym, then Vm of the local nodes.
-/// @param problem must outlive the stepper's use; whoever runs the TS ends each step by `ContactState::commit` and
-/// `begin_step`, as `ImpactDynamics` does
-void compose_problem(TS stepper, const ImpactProblem& problem);
-/// @brief What `compose_problem` gave. @throws InputError if there is nothing
-[[nodiscard]] const ImpactProblem& composed_problem(TS stepper);
-
-/// @brief The dense output of a `TS` whose type is registered here; null for any other.
-[[nodiscard]] Stepper* stepper_inside(TS stepper);
 
 }  // namespace udar

@@ -15,9 +15,8 @@ inline constexpr const char* kTsImpact = "impact";
 /// polynomials. For that every mass is advanced exactly, through all of its impacts, rests and releases; the moments of
 /// the masses' motion give the line's by one batch of line solves; this sweep is repeated until it settles. `TSAdapt`
 /// chooses the step; a step that fails at an impact of weight is cut there.
-/// Options: `-ts_impact_moments` (2 to 5, default 4), `-ts_rtol` (error of a step relative to the motion's scale; 1e-5
-/// by default),
-/// `-ts_adapt_*`. Needs a problem: `compose_problem`. Source: docs/theory.md, "The impact integrator".
+/// Options: `-ts_impact_moments` (2 to 5, default 4), `-ts_rtol` (error of a step relative to the motion's scale; 1e-7
+/// by default), `-ts_adapt_*`. Needs a problem: `compose_problem`. Source: docs/theory.md, "The impact integrator".
 [[nodiscard]] PetscErrorCode register_ts_impact();
 
 }  // namespace udar
