@@ -1,7 +1,9 @@
 #include "udar/dynamics/dense_map.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #ifdef __clang__
 #define UDAR_INDEPENDENT
@@ -11,6 +13,10 @@
 
 namespace udar {
 namespace {
+
+// Of a double: in a file that knows no infinity, its bits tell it.
+constexpr std::uint64_t kMagnitude = 0x7fff'ffff'ffff'ffff;
+constexpr std::uint64_t kInfinite = 0x7ff0'0000'0000'0000;
 
 // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
 template <std::size_t Terms, bool Predict>
@@ -41,11 +47,13 @@ template <std::size_t Terms, bool Predict>
   const double* __restrict velocities = rows.velocity;
   const double* __restrict positions = rows.position;
   const double* __restrict axis = rows.axis;
+  const double* __restrict free = rows.free;
   double* __restrict places = rows.place;
   double* __restrict speeds = rows.speed;
   double change = 0.0;
   double last = 0.0;
   double before = 0.0;
+  std::uint64_t bits = 0;
   UDAR_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
     const double velocity = velocities[i];
@@ -82,27 +90,131 @@ template <std::size_t Terms, bool Predict>
       moment[j][i] = next + (j == 0 ? base : 0.0);
       place += place_of[j] * p[j];
       speed += speed_of[j] * p[j];
-      change = std::max(change, std::abs(r[j]));
+      change = std::max(change, free[i] * std::abs(r[j]));
     }
     last = std::max(last, std::abs(p[Terms - 1]));
     before = std::max(before, std::abs(p[Terms - 2]));
     if (!Predict) {
-      places[i] = positions[i] + place;
+      place += positions[i];
+      bits = std::max(
+          {bits, std::bit_cast<std::uint64_t>(place) & kMagnitude, std::bit_cast<std::uint64_t>(speed) & kMagnitude});
+      places[i] = place;
       speeds[i] = speed;
     }
   }
   largest.change = std::max(largest.change, change);
   largest.last = std::max(largest.last, last);
   largest.before = std::max(largest.before, before);
+  largest.finite = largest.finite && bits < kInfinite;
+}
+
+template <std::size_t Terms, bool Predict>
+[[gnu::always_inline]] inline void bound_block(const Rows& rows, std::size_t count, const Reach& reach, double step,
+                                               const Bounds& bounds) {
+  const double* __restrict moment[Terms];
+  const double* __restrict line[Terms];
+  double of_line[Terms][kBounds];
+  double rest_of_line[Terms];
+  double of_start[kBounds];
+  for (std::size_t b = 0; b < kBounds; ++b) {
+    of_start[b] = reach.start[b] * step;
+  }
+  for (std::size_t j = 0; j < Terms; ++j) {
+    moment[j] = rows.moment[j];
+    line[j] = rows.line[j];
+    rest_of_line[j] = reach.rest_of_line[j];
+    for (std::size_t b = 0; b < kBounds; ++b) {
+      of_line[j][b] = reach.line[j][b];
+    }
+  }
+  const double rest_of_start = reach.rest_of_start * step;
+  const double* __restrict steady0 = rows.steady[0];
+  const double* __restrict steady1 = rows.steady[1];
+  const double* __restrict velocities = rows.velocity;
+  const double* __restrict positions = rows.position;
+  const double* __restrict axis = rows.axis;
+  double* __restrict lows = bounds.low;
+  double* __restrict highs = bounds.high;
+  double* __restrict line_lows = bounds.line_low;
+  double* __restrict line_highs = bounds.line_high;
+  UDAR_INDEPENDENT
+  for (std::size_t i = 0; i < count; ++i) {
+    const double velocity = velocities[i];
+    double p[Terms];
+    double rest = rest_of_start * std::abs(velocity);
+    double swing = 0.0;
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < Terms; ++j) {
+      p[j] = line[j][i];
+      if (!Predict) {
+        p[j] += moment[j][i] - (j == 0 ? positions[i] - axis[i] : 0.0) +
+                (j == 0   ? steady0[i]
+                 : j == 1 ? steady1[i]
+                          : 0.0);
+      }
+      rest += rest_of_line[j] * std::abs(p[j]);
+      swing += j > 0 ? std::abs(p[j]) : 0.0;
+    }
+    double low = 0.0;
+    double high = 0.0;
+#pragma GCC unroll 16
+    for (std::size_t b = 1; b < kBounds; ++b) {
+      double value = of_start[b] * velocity;
+#pragma GCC unroll 8
+      for (std::size_t j = 0; j < Terms; ++j) {
+        value += of_line[j][b] * p[j];
+      }
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    lows[i] = low - rest;
+    highs[i] = high + rest;
+    line_lows[i] = p[0] - swing;
+    line_highs[i] = p[0] + swing;
+  }
+}
+
+template <std::size_t Terms>
+[[gnu::always_inline]] inline void change_block(const std::array<double*, kMostTerms>& lines, std::size_t count,
+                                                const Square& all) {
+  double change[Terms][Terms];
+  double* __restrict line[Terms];
+  for (std::size_t j = 0; j < Terms; ++j) {
+    line[j] = lines[j];
+    for (std::size_t k = 0; k < Terms; ++k) {
+      change[j][k] = all[j][k];
+    }
+  }
+  UDAR_INDEPENDENT
+  for (std::size_t i = 0; i < count; ++i) {
+    double old[Terms];
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < Terms; ++j) {
+      old[j] = line[j][i];
+    }
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < Terms; ++j) {
+      double sum = 0.0;
+#pragma GCC unroll 8
+      for (std::size_t k = j; k < Terms; ++k) {
+        sum += change[j][k] * old[k];
+      }
+      line[j][i] = sum;
+    }
+  }
 }
 // NOLINTEND(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
 
 }  // namespace
 
-// One copy for each generation of processors; the loader takes the best.
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+// One copy for each generation of processors; the loader takes the best.
+#define UDAR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define UDAR_CLONES
 #endif
+
+UDAR_CLONES
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
                 Largest& largest) {
   switch (2 * terms + (predict ? 1 : 0)) {
@@ -122,6 +234,58 @@ void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t c
       return map_block<5, false>(rows, count, map, step, largest);
     default:
       return map_block<5, true>(rows, count, map, step, largest);
+  }
+}
+
+UDAR_CLONES
+void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
+                  const Bounds& bounds) {
+  switch (2 * terms + (predict ? 1 : 0)) {
+    case 4:
+      return bound_block<2, false>(rows, count, reach, step, bounds);
+    case 5:
+      return bound_block<2, true>(rows, count, reach, step, bounds);
+    case 6:
+      return bound_block<3, false>(rows, count, reach, step, bounds);
+    case 7:
+      return bound_block<3, true>(rows, count, reach, step, bounds);
+    case 8:
+      return bound_block<4, false>(rows, count, reach, step, bounds);
+    case 9:
+      return bound_block<4, true>(rows, count, reach, step, bounds);
+    case 10:
+      return bound_block<5, false>(rows, count, reach, step, bounds);
+    default:
+      return bound_block<5, true>(rows, count, reach, step, bounds);
+  }
+}
+
+UDAR_CLONES
+void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
+                  const Square& change) {
+  switch (terms) {
+    case 2:
+      return change_block<2>(line, count, change);
+    case 3:
+      return change_block<3>(line, count, change);
+    case 4:
+      return change_block<4>(line, count, change);
+    default:
+      return change_block<5>(line, count, change);
+  }
+}
+
+UDAR_CLONES
+void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
+               const std::int32_t* resting, std::uint8_t* near) {
+  const double side = of.side;
+  const double height = of.height;
+  const double together = of.together;
+  for (std::size_t i = 0; i < count; ++i) {
+    constexpr double kPerMetre = 1e-14;  // more than a position's rounding
+    const double gap = side * (position[i] + bound[i] - height);
+    const bool reached = gap <= together + kPerMetre * std::abs(position[i]);
+    near[i] = static_cast<std::uint8_t>(static_cast<int>(reached) | static_cast<int>(resting[i] != 0));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "udar/dynamics/dense_map.hpp"
+#include "udar/dynamics/local_batch.hpp"
 #include "udar/dynamics/local_motion.hpp"
 #include "udar/dynamics/problem_stepper.hpp"
 #include "udar/petsc/array.hpp"
@@ -90,6 +91,38 @@ Square sweep_gain(const Square& line, std::size_t terms) {
     power = next;
   }
   return gain;
+}
+
+/// Bernstein coefficients and what is beyond, of the power series of a mass on the line's motion P [m].
+void bound_series(double angle, const std::array<double, kMostTerms>& line, double velocity,
+                  std::array<double, kBounds>& bounds, double& rest) {
+  std::array<double, local::kMostPowers> series{};
+  series[1] = velocity;
+  for (std::size_t k = 0; k + 2 < series.size(); ++k) {
+    series[k + 2] =
+        angle * angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) / static_cast<double>((k + 1) * (k + 2));
+  }
+  rest = 0.0;
+  for (std::size_t k = kBounds; k < series.size(); ++k) {
+    rest += std::abs(series[k]);
+  }
+  constexpr std::size_t kDegree = kBounds - 1;
+  for (std::size_t i = 0; i < kBounds; ++i) {
+    double share = 1.0;  // binomial(i, k) / binomial(degree, k)
+    for (std::size_t k = 0; k <= i; ++k) {
+      bounds[i] += share * series[k];
+      share *= static_cast<double>(i - k) / static_cast<double>(kDegree - k);
+    }
+  }
+}
+
+Reach reach_of(double angle, std::size_t terms) {
+  Reach reach;
+  bound_series(angle, {}, 1.0, reach.start, reach.rest_of_start);
+  for (std::size_t j = 0; j < terms; ++j) {
+    bound_series(angle, local::kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
+  }
+  return reach;
 }
 
 /// What all ranks learn from one sweep: maxima, then sums, then minima.
@@ -284,10 +317,14 @@ class Impact final : public ProblemStepper {
   static constexpr int kMostAttempts = 100;
 
   struct Touching {
-    std::size_t node;
-    std::array<double, kMostTerms> moment;  // u before the sweep
-    std::array<double, kMostTerms> line;    // p
-    std::int32_t resting;                   // support + 1 at the start of the step
+    std::size_t node = 0;
+    std::array<double, kMostTerms> moment{};  // NOLINT(readability-redundant-member-init); u before the sweep
+    std::int32_t resting = 0;                 // support + 1 at the start of the step
+    bool known = false;                       // all it meets is one impact of the following, or none
+    const ContactRun* run = nullptr;
+    double impact = 2.0;  // tau; 2: none
+    double before = 0.0;  // [m per step]
+    double after = 0.0;
   };
 
   struct Pressed {
@@ -313,14 +350,17 @@ class Impact final : public ProblemStepper {
     }
     end_.position.resize(count_);
     end_.velocity.resize(count_);
-    for (const ContactRun& run : contact_->runs()) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        contact_nodes_.push_back(node);
+    free_.fill(1.0);
+    for (std::size_t from = 0; from < count_; from += kBlock) {
+      first_run_.push_back(block_runs_.size());
+      for (std::size_t index = 0; index < contact_->runs().size(); ++index) {
+        const ContactRun& run = contact_->runs()[index];
+        if (run.first < from + kBlock && run.last > from) {
+          block_runs_.push_back(index);
+        }
       }
     }
-    std::ranges::sort(contact_nodes_);
-    const auto repeated = std::ranges::unique(contact_nodes_);
-    contact_nodes_.erase(repeated.begin(), repeated.end());
+    first_run_.push_back(block_runs_.size());
   }
   void take_back() override { from_end_ = false; }  // the polynomial is that of the step taken back
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
@@ -375,19 +415,11 @@ class Impact final : public ProblemStepper {
         }
       }
     }
-    for (std::size_t i = 0; i < count_; ++i) {
-      std::array<double, kMostTerms> old{};
-      for (std::size_t j = 0; j < terms_; ++j) {
-        old[j] = line_[j][i];
-      }
-      for (std::size_t j = 0; j < terms_; ++j) {
-        double sum = 0.0;
-        for (std::size_t k = j; k < terms_; ++k) {
-          sum += change[j][k] * old[k];
-        }
-        line_[j][i] = sum;
-      }
+    std::array<double*, kMostTerms> lines{};
+    for (std::size_t j = 0; j < terms_; ++j) {
+      lines[j] = line_[j].data();
     }
+    change_basis(terms_, lines, count_, change);
     polynomial_step_ = step;
     from_end_ = false;
   }
@@ -415,6 +447,7 @@ class Impact final : public ProblemStepper {
     const MPI_Comm comm = equations_->beam().comm();
     map_ = dense_map(wf_ * step, terms_);
     map_.gain = sweep_gain(map_.line, terms_);
+    reach_ = reach_of(wf_ * step, terms_);
     load_line(step);
     extrapolate(step);
     move<true>(step);
@@ -479,7 +512,8 @@ class Impact final : public ProblemStepper {
     problem.line = line_powers(node);
     problem.velocity = start_[count_ + node] * step;
     problem.hop_tolerance = contact_->parameters().hop_tolerance;
-    for (const ContactRun& run : contact_->runs()) {
+    for (const std::size_t of_block : runs_at(node)) {
+      const ContactRun& run = contact_->runs()[of_block];
       if (node < run.first || node >= run.last) {
         continue;
       }
@@ -519,22 +553,6 @@ class Impact final : public ProblemStepper {
     return std::min(1.0, (end ? 2.0 : 0.5) * length / decay);
   }
 
-  /// Whether a mass may come near a support within the step, for sure not if false.
-  [[nodiscard]] bool may_touch(const ContactRun& run, std::size_t node, double step,
-                               const std::array<double, kMostTerms>& p) const {
-    const double gap = run.side * (start_[node] - run.height);
-    const double speed = run.side * start_[count_ + node] * step;
-    const double z2 = wf_ * wf_ * step * step;
-    double reach = 0.0;
-    for (std::size_t j = 0; j < terms_; ++j) {
-      reach += std::abs(p[j]);
-    }
-    // |P| <= reach and |z| <= |speed| + z2 / 2 reach bound the acceleration.
-    const double pull = 0.5 * z2 * (reach * (1.0 + 0.5 * z2) + std::abs(speed));
-    const double together = contact_->together(start_[node], run.height);
-    return std::min(gap, gap + speed - pull) <= together || gap <= together;
-  }
-
   /// Local motion of all masses: moments for the next sweep, end of the step, line polynomial in place of the stretch.
   template <bool Predict>
   void move(double step) {
@@ -542,85 +560,94 @@ class Impact final : public ProblemStepper {
     tally_ = {};
     touching_.clear();
     pressed_.clear();
-    const auto& runs = contact_->runs();
+    waiting_ = 0;
     Largest largest;
-    auto next_contact = contact_nodes_.begin();
     for (std::size_t from = 0; from < count_; from += kBlock) {
       const std::size_t to = std::min(from + kBlock, count_);
-      apart_.clear();
+      const auto runs = runs_at(from);
       const std::size_t first_touching = touching_.size();
-      for (; next_contact != contact_nodes_.end() && *next_contact < to; ++next_contact) {
-        const std::size_t node = *next_contact;
-        std::array<double, kMostTerms> u{};
-        std::array<double, kMostTerms> p{};
-        for (std::size_t j = 0; j < terms_; ++j) {
-          u[j] = moment_[j][node] - (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
-          p[j] = line_[j][node] + (Predict ? 0.0 : u[j] + (j < 2 ? steady_[j][node] : 0.0));
-        }
-        if (contact_->resting(node) && stays_at_rest<Predict>(node, u, p, largest)) {
-          continue;
-        }
-        bool touches = contact_->resting(node);
-        for (std::size_t r = 0; r < runs.size() && !touches; ++r) {
-          touches = node >= runs[r].first && node < runs[r].last && may_touch(runs[r], node, step, p);
-        }
-        if (touches) {
-          apart_.push_back(node);
-          touching_.push_back({.node = node, .moment = u, .line = p, .resting = contact_->resting_supports()[node]});
-        }
+      const std::size_t first_pressed = pressed_.size();
+      const Rows rows = rows_from(from);
+      if (!runs.empty()) {
+        bound_masses(
+            terms_, Predict, rows, to - from, reach_, step,
+            {.low = low_.data(), .high = high_.data(), .line_low = line_low_.data(), .line_high = line_high_.data()});
+        find_touching<Predict>(from, to, runs, largest);
       }
-      std::size_t done = from;
-      for (const std::size_t node : apart_) {
-        map_free<Predict>(done, node, step, largest);
-        done = node + 1;
+      map_masses(terms_, Predict, rows, to - from, map_, step, largest);
+      for (std::size_t k = first_pressed; k < pressed_.size(); ++k) {
+        hold(pressed_[k]);
+        free_[pressed_[k].node - from] = 1.0;
       }
       for (std::size_t k = first_touching; k < touching_.size(); ++k) {
-        move_touching<Predict>(touching_[k], step, largest);
+        free_[touching_[k].node - from] = 1.0;
+        move_touching<Predict>(k, step, largest);
       }
-      map_free<Predict>(done, to, step, largest);
     }
+    finish_batch<Predict>(step, largest);
     finish_tally(largest);
   }
 
-  /// Most resting masses are pressed down all along the step, as a bound of the line's motion tells: nothing to
-  /// compute.
+  /// Lists the masses of a block that may touch something in this step, by bounds of their motion; takes them out of
+  /// what is free.
   template <bool Predict>
-  bool stays_at_rest(std::size_t node, const std::array<double, kMostTerms>& u, const std::array<double, kMostTerms>& p,
-                     Largest& largest) {
-    for (const ContactRun& run : contact_->runs()) {
-      if (!contact_->resting_on(node, run)) {
-        continue;
+  void find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> runs, Largest& largest) {
+    for (const std::size_t index : runs) {
+      const ContactRun& run = contact_->runs()[index];
+      const std::span<const double> bound = run.side > 0.0 ? low_ : high_;
+      const std::span<const double> line = run.side > 0.0 ? line_high_ : line_low_;
+      const std::size_t first = std::max(from, run.first);
+      const std::size_t last = std::min(to, run.last);
+      mark_near({.side = run.side, .height = run.height, .together = contact_->together(0.0, run.height)}, last - first,
+                start_ + first, bound.data() + (first - from), contact_->resting_supports().data() + first,
+                near_.data());
+      for (std::size_t node = first; node < last; ++node) {
+        const std::size_t i = node - from;
+        if (near_[node - first] == 0 || free_[i] == 0.0) {
+          continue;
+        }
+        if (contact_->resting(node)) {
+          if (!contact_->resting_on(node, run)) {
+            continue;
+          }
+          // Most resting masses are pressed down all along the step: nothing to compute.
+          if (run.side * (start_[node] + line[i] - run.height) < 0.0) {
+            free_[i] = 0.0;
+            pressed_.push_back({.run = &run, .node = node});
+            for (std::size_t j = 0; j < terms_ && !Predict; ++j) {
+              largest.change = std::max(largest.change, std::abs(moment(j, node)));
+            }
+            continue;
+          }
+        }
+        free_[i] = 0.0;
+        Touching mass{.node = node, .resting = contact_->resting_supports()[node]};
+        for (std::size_t j = 0; j < terms_; ++j) {
+          mass.moment[j] = moment(j, node);
+        }
+        touching_.push_back(mass);
       }
-      double pull = run.side * (p[0] + start_[node] - run.height);
-      double change = 0.0;
-      for (std::size_t j = 0; j < terms_; ++j) {
-        pull += j > 0 ? std::abs(p[j]) : 0.0;
-        change = std::max(change, Predict ? 0.0 : std::abs(u[j]));
-      }
-      if (!(pull < 0.0)) {
-        return false;
-      }
-      for (std::size_t j = 0; j < terms_; ++j) {
-        moment_[j][node] = j == 0 ? start_[node] - equations_->axis()[node] : 0.0;
-        line_[j][node] = p[j];
-      }
-      end_.position[node] = run.height;
-      end_.velocity[node] = 0.0;
-      largest.change = std::max(largest.change, change);
-      largest.last = std::max(largest.last, std::abs(p[terms_ - 1]));
-      largest.before = std::max(largest.before, std::abs(p[terms_ - 2]));
-      pressed_.push_back({.run = &run, .node = node});
-      apart_.push_back(node);
-      return true;
     }
-    return false;
   }
 
-  template <bool Predict>
-  void map_free(std::size_t from, std::size_t to, double step, Largest& largest) {
-    if (from >= to) {
-      return;
+  /// Legendre coefficient of the displacement since the start of the step [m], as the line was solved for it.
+  [[nodiscard]] double moment(std::size_t j, std::size_t node) const {
+    return moment_[j][node] - (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
+  }
+  void set_moment(std::size_t j, std::size_t node, double value) {
+    moment_[j][node] = value + (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
+  }
+
+  /// Moments and end of a mass that stays at rest.
+  void hold(const Pressed& mass) {
+    for (std::size_t j = 0; j < terms_; ++j) {
+      set_moment(j, mass.node, 0.0);
     }
+    end_.position[mass.node] = mass.run->height;
+    end_.velocity[mass.node] = 0.0;
+  }
+
+  [[nodiscard]] Rows rows_from(std::size_t from) {
     Rows rows{};
     for (std::size_t j = 0; j < terms_; ++j) {
       rows.moment[j] = moment_[j].data() + from;
@@ -630,40 +657,117 @@ class Impact final : public ProblemStepper {
     rows.position = start_ + from;
     rows.axis = equations_->axis().data() + from;
     rows.velocity = start_ + count_ + from;
+    rows.free = free_.data();
     rows.place = end_.position.data() + from;
     rows.speed = end_.velocity.data() + from;
-    map_masses(terms_, Predict, rows, to - from, map_, step, largest);
+    return rows;
+  }
+
+  /// Runs that have nodes in the block of a node, by index.
+  [[nodiscard]] std::span<const std::size_t> runs_at(std::size_t node) const {
+    const std::size_t block = node / kBlock;
+    return std::span{block_runs_}.subspan(first_run_[block], first_run_[block + 1] - first_run_[block]);
+  }
+
+  /// Moves a mass that may touch something: in the next batch if that may do, else at once.
+  template <bool Predict>
+  void move_touching(std::size_t index, double step, Largest& largest) {
+    const Touching& mass = touching_[index];
+    const std::size_t node = mass.node;
+    double sum = 0.0;
+    for (std::size_t j = 0; j < terms_; ++j) {
+      sum += line_[j][node];
+    }
+    largest.finite = largest.finite && std::isfinite(sum);  // a mass at rest would not show it
+    const ContactRun* only = nullptr;
+    bool simple = mass.resting == 0;
+    for (const std::size_t at : runs_at(node)) {
+      const ContactRun& run = contact_->runs()[at];
+      if (node >= run.first && node < run.last) {
+        simple = simple && only == nullptr &&
+                 run.side * (start_[node] - run.height) > contact_->together(start_[node], run.height);
+        only = &run;
+      }
+    }
+    if (!simple) {
+      return move_alone<Predict>(touching_[index], step, largest);
+    }
+    const auto powers = line_powers(node);
+    for (std::size_t j = 0; j < terms_; ++j) {
+      batch_.line[j][waiting_] = powers[j];
+    }
+    batch_.velocity[waiting_] = start_[count_ + node] * step;
+    batch_.at[waiting_] = only->height - start_[node];
+    batch_.side[waiting_] = only->side;
+    batch_.restitution[waiting_] = only->restitution;
+    touching_[index].run = only;
+    batch_mass_[waiting_] = index;
+    if (++waiting_ == local::kLanes) {
+      finish_batch<Predict>(step, largest);
+    }
   }
 
   template <bool Predict>
-  void move_touching(const Touching& mass, double step, Largest& largest) {
-    const std::size_t node = mass.node;
-    for (std::size_t j = 0; j < terms_; ++j) {
-      line_[j][node] = mass.line[j];
+  void finish_batch(double step, Largest& largest) {
+    if (waiting_ == 0) {
+      return;
     }
-    largest.last = std::max(largest.last, std::abs(mass.line[terms_ - 1]));
-    largest.before = std::max(largest.before, std::abs(mass.line[terms_ - 2]));
+    local::advance(batch_, wf_ * step, terms_, local::powers_for(wf_ * step), contact_->parameters().hop_tolerance);
+    for (std::size_t lane = 0; lane < waiting_; ++lane) {
+      Touching& mass = touching_[batch_mass_[lane]];
+      if (batch_.simple[lane] == 0.0) {
+        move_alone<Predict>(mass, step, largest);
+        continue;
+      }
+      local::Outcome outcome;
+      for (std::size_t j = 0; j < terms_; ++j) {
+        outcome.moments[j] = batch_.moments[j][lane];
+      }
+      outcome.displacement = batch_.displacement[lane];
+      outcome.velocity = batch_.end_velocity[lane];
+      mass.known = batch_.rests[lane] == 0.0;  // a rest is told by going through it
+      if (batch_.impact[lane] <= 1.0) {
+        outcome.impacts = 1;
+        outcome.first_impact = batch_.impact[lane];
+        outcome.kick = std::abs(batch_.after[lane] - batch_.before[lane]);
+        mass.before = batch_.before[lane];
+        mass.after = batch_.after[lane];
+      }
+      mass.impact = outcome.first_impact;
+      take<Predict>(mass, outcome, batch_.rests[lane] == 0.0 ? nullptr : mass.run, step, largest);
+    }
+    waiting_ = 0;
+  }
+
+  template <bool Predict>
+  void move_alone(const Touching& mass, double step, Largest& largest) {
     const Meeting meeting = meeting_of(mass, step);
     const local::Outcome outcome = local::advance(meeting.problem);
+    take<Predict>(mass, outcome,
+                  outcome.resting < 0 ? nullptr : meeting.runs[static_cast<std::size_t>(outcome.resting)], step,
+                  largest);
+  }
+
+  /// @param rests where it rests at the end; null: nowhere
+  template <bool Predict>
+  void take(const Touching& mass, const local::Outcome& outcome, const ContactRun* rests, double step,
+            Largest& largest) {
+    const std::size_t node = mass.node;
     std::array<double, kMostTerms> residual{};
     for (std::size_t j = 0; j < terms_; ++j) {
       residual[j] = outcome.moments[j] - mass.moment[j];
       largest.change = std::max(largest.change, std::abs(residual[j]));
-      tally_.most[Tally::broken] += std::isfinite(mass.line[j]) ? 0.0 : 1.0;  // a mass at rest would not show it
     }
     for (std::size_t j = 0; j < terms_; ++j) {
       double next = Predict ? outcome.moments[j] : mass.moment[j];
       for (std::size_t k = 0; k < terms_ && !Predict; ++k) {
         next += map_.gain[j][k] * residual[k];
       }
-      moment_[j][node] = next + (j == 0 ? start_[node] - equations_->axis()[node] : 0.0);
+      set_moment(j, node, next);
     }
-    end_.position[node] = start_[node] + outcome.displacement;
-    end_.velocity[node] = outcome.velocity / step;
-    if (outcome.resting >= 0) {
-      end_.position[node] = meeting.runs[static_cast<std::size_t>(outcome.resting)]->height;
-      end_.velocity[node] = 0.0;
-    }
+    end_.position[node] = rests != nullptr ? rests->height : start_[node] + outcome.displacement;
+    end_.velocity[node] = rests != nullptr ? 0.0 : outcome.velocity / step;
+    largest.finite = largest.finite && std::isfinite(end_.position[node]) && std::isfinite(end_.velocity[node]);
     if (outcome.impacts > 0) {
       const auto bin = std::min(static_cast<std::size_t>(outcome.first_impact * kBins), kBins - 1);
       tally_.most[Tally::kink] = std::max(tally_.most[Tally::kink], kink_share(node) * outcome.kick);
@@ -677,11 +781,7 @@ class Impact final : public ProblemStepper {
     most[Tally::change] = largest.change;
     most[Tally::last_term] = largest.last;
     most[Tally::term_before] = largest.before;
-    double zero = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      zero += 0.0 * (end_.position[i] + end_.velocity[i]);
-    }
-    most[Tally::broken] += zero == 0.0 ? 0.0 : 1.0;
+    most[Tally::broken] += largest.finite ? 0.0 : 1.0;
   }
 
   /// Share of the step at which most momentum is exchanged at once; 0: nothing stands out.
@@ -703,16 +803,11 @@ class Impact final : public ProblemStepper {
       std::size_t node;
       [[nodiscard]] const ContactRun& run(int stop) const { return *meeting->runs[static_cast<std::size_t>(stop)]; }
       [[nodiscard]] double at(double tau) const { return self->begin_ + tau * self->length_; }
-      [[nodiscard]] double energy(double speed) const {
-        return 0.5 * self->equations_->line().mass()[node] * speed * speed;
-      }
       void impact(int stop, double tau, double before, double after) const {
-        const double v0 = before / self->length_;
-        const double v1 = after / self->length_;
-        self->contact_->hit(run(stop), node, at(tau), v0, v1, energy(v0) - energy(v1));
+        self->tell_impact(run(stop), node, tau, before, after);
       }
       void rest(int stop, double tau, double speed) const {
-        self->contact_->rest(run(stop), node, at(tau), energy(speed / self->length_));
+        self->contact_->rest(run(stop), node, at(tau), self->energy(node, speed / self->length_));
       }
       void release(int stop, double tau) const { self->contact_->release(run(stop), node, at(tau)); }
       void pressed(int stop, double stretch) const { self->press(run(stop), node, stretch); }
@@ -722,9 +817,26 @@ class Impact final : public ProblemStepper {
       press(*run, node, stretch);
     }
     for (const Touching& mass : touching_) {
+      if (mass.known) {
+        if (mass.impact <= 1.0) {
+          tell_impact(*mass.run, mass.node, mass.impact, mass.before, mass.after);
+        }
+        continue;
+      }
       const Meeting meeting = meeting_of(mass, length_);
       local::advance(meeting.problem, Journal{.self = this, .meeting = &meeting, .node = mass.node});
     }
+  }
+
+  [[nodiscard]] double energy(std::size_t node, double speed) const {
+    return 0.5 * equations_->line().mass()[node] * speed * speed;
+  }
+
+  /// @param tau of the step @param before, after velocities [m per step]
+  void tell_impact(const ContactRun& run, std::size_t node, double tau, double before, double after) const {
+    const double v0 = before / length_;
+    const double v1 = after / length_;
+    contact_->hit(run, node, begin_ + tau * length_, v0, v1, energy(node, v0) - energy(node, v1));
   }
 
   /// @param stretch of the mass at rest, its integral over the step's own time [m]
@@ -762,10 +874,20 @@ class Impact final : public ProblemStepper {
   std::array<std::vector<double>, 2> steady_;
   bool steady_known_ = false;
   std::vector<double> work_;
-  std::vector<std::size_t> contact_nodes_;
+  std::vector<std::size_t> block_runs_;  // of every block, by index
+  std::vector<std::size_t> first_run_;   // of a block, in `block_runs_`
   std::vector<Touching> touching_;
-  std::vector<Pressed> pressed_;    // at rest all along the step
-  std::vector<std::size_t> apart_;  // of a block: not for the dense map
+  std::vector<Pressed> pressed_;  // at rest all along the step
+  std::array<double, kBlock> free_{};
+  std::array<double, kBlock> low_{};
+  std::array<double, kBlock> high_{};
+  std::array<double, kBlock> line_low_{};
+  std::array<double, kBlock> line_high_{};
+  std::array<std::uint8_t, kBlock> near_{};
+  local::Batch batch_;
+  std::array<std::size_t, local::kLanes> batch_mass_{};
+  std::size_t waiting_ = 0;  // masses in the batch
+  Reach reach_;
   DenseMap map_;
   double kink_integral_ = 0.0;
   Tally tally_;

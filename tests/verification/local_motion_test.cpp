@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "udar/dynamics/local_batch.hpp"
+
 namespace udar {
 namespace {
 
@@ -706,6 +708,84 @@ TEST(LocalMotion, FirstZeroPassesNone) {
     }
   }
   std::printf("deepest %.2g, earliest %.2g of the terms\n", deepest, early);
+}
+
+TEST(LocalMotion, LanesDoAsOneMassAlone) {
+  Source source{11};
+  const long trials = asked(4000);
+  long solved = 0;
+  long impacts = 0;
+  long rests = 0;
+  long left = 0;
+  long grazing = 0;
+  double worst = 0.0;
+  for (long trial = 0; trial < trials; ++trial) {
+    local::Batch batch;
+    std::array<Drawn, local::kLanes> drawn;
+    const Drawn first = draw(source);
+    for (std::size_t lane = 0; lane < local::kLanes; ++lane) {
+      Drawn& one = drawn[lane];
+      int stop = 0;
+      do {
+        one = draw(source);
+        stop = one.problem.stops[0].present ? 0 : 1;
+      } while (one.problem.resting >= 0 || (one.problem.stops[0].present && one.problem.stops[1].present) ||
+               std::abs(one.problem.stops[static_cast<std::size_t>(stop)].at) <= one.problem.together);
+      local::Problem& problem = one.problem;
+      problem.angle = first.problem.angle;
+      problem.terms = first.problem.terms;
+      problem.powers = first.problem.powers;
+      std::fill(problem.line.begin() + static_cast<long>(problem.terms), problem.line.end(), 0.0);
+      const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
+      for (std::size_t k = 0; k < problem.terms; ++k) {
+        batch.line[k][lane] = problem.line[k];
+      }
+      batch.velocity[lane] = problem.velocity;
+      batch.at[lane] = support.at;
+      batch.side[lane] = stop == 0 ? 1.0 : -1.0;
+      batch.restitution[lane] = support.restitution;
+    }
+    local::advance(batch, first.problem.angle, first.problem.terms, first.problem.powers, first.problem.hop_tolerance);
+    for (std::size_t lane = 0; lane < local::kLanes; ++lane) {
+      if (batch.simple[lane] == 0.0) {
+        ++left;
+        continue;
+      }
+      const local::Problem& problem = drawn[lane].problem;
+      const local::Outcome alone = local::advance(problem);
+      const double scale = drawn[lane].scale;
+      const bool hit = batch.impact[lane] <= 1.0;
+      if (alone.impacts != (hit ? 1 : 0)) {  // only one of them saw a touch without force
+        ++grazing;
+        EXPECT_LE(hit ? std::abs(batch.before[lane]) : alone.kick, 1e-6 * scale) << describe(problem);
+        continue;
+      }
+      ++solved;
+      impacts += hit ? 1 : 0;
+      rests += batch.rests[lane] != 0.0 ? 1 : 0;
+      EXPECT_EQ(alone.resting >= 0, batch.rests[lane] != 0.0) << describe(problem);
+      double error = std::max(std::abs(alone.displacement - batch.displacement[lane]),
+                              std::abs(alone.velocity - batch.end_velocity[lane]));
+      for (std::size_t j = 0; j < problem.terms; ++j) {
+        error = std::max(error, std::abs(alone.moments[j] - batch.moments[j][lane]));
+      }
+      if (hit) {
+        // A slow impact's instant is known to round-off over its speed.
+        const double slow = scale / std::abs(batch.before[lane]);
+        EXPECT_NEAR(alone.first_impact, batch.impact[lane], 1e-13 * slow) << describe(problem);
+        EXPECT_NEAR(alone.kick, std::abs(batch.after[lane] - batch.before[lane]), 1e-12 * scale * slow);
+        error /= std::max(1.0, 0.01 * slow);
+      }
+      raise(worst, error / scale);
+      EXPECT_LE(error / scale, 1e-12) << describe(problem);
+    }
+  }
+  std::printf("%ld solved (%ld impacts, %ld rests), %ld left, %ld grazing; differ by %.2g\n", solved, impacts, rests,
+              left, grazing, worst);
+  EXPECT_GT(solved, 4 * left);
+  EXPECT_GT(impacts, solved / 5);
+  EXPECT_GT(rests, 0);
+  EXPECT_LT(grazing, trials / 1000 + 10);
 }
 
 TEST(LocalMotion, EndsWhateverItIsGiven) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "udar/dynamics/local_motion.hpp"
 
@@ -23,6 +24,24 @@ struct DenseMap {
   Square gain{};                           // (1 - share line)^-1
 };
 
+/// @brief Bernstein coefficients of z over the step bound it from both sides; what lies beyond their degree is added.
+inline constexpr std::size_t kBounds = 9;
+struct Reach {
+  std::array<double, kBounds> start{};  // of s
+  std::array<std::array<double, kBounds>, kMostTerms> line{};
+  double rest_of_start = 0.0;
+  std::array<double, kMostTerms> rest_of_line{};
+};
+
+/// @brief Bounds over the step, one per mass [m]: of its displacement if it touches nothing, and of the line's from the
+/// mass's position at the start.
+struct Bounds {
+  double* low;
+  double* high;
+  double* line_low;
+  double* line_high;
+};
+
 /// @brief Where a block of nodes has its values.
 struct Rows {
   std::array<double*, kMostTerms> moment;  // u: what the line was solved for; out: the next
@@ -31,6 +50,7 @@ struct Rows {
   const double* velocity;                  // at the start [m/s]
   const double* position;
   const double* axis;  // u_0 counts from it, else from the position at the start
+  const double* free;  // 0 where the change does not count, else 1
   double* place;       // at the end
   double* speed;
 };
@@ -40,13 +60,35 @@ struct Largest {
   double change = 0.0;
   double last = 0.0;
   double before = 0.0;
+  bool finite = true;  ///< all ends
 };
 
 /// @brief Maps `count` masses: p from moments and stretches, the next moments, place and speed at the end.
 ///
-/// Predicting, `line` already is p, and the moments are what it makes of them. Values must be finite.
+/// Predicting, `line` already is p, and the moments are what it makes of them. What is not finite spreads, and is
+/// noted.
 /// @param terms 2 to 5 @param step [s]
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
                 Largest& largest);
+
+/// @brief Legendre coefficients in another interval, in place: line[j] <- sum_(k >= j) change[j][k] line[k].
+void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
+                  const Square& change);
+
+/// @brief Bounds of `count` masses; `rows` as for `map_masses`, before it.
+void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
+                  const Bounds& bounds);
+
+/// @brief When a mass is near its support: a distance to both [m].
+struct Nearness {
+  double side = 1.0;
+  double height = 0.0;
+  double together = 0.0;
+};
+
+/// @brief Marks the masses that may meet a support, by bounds of their displacements [m], or rest: everything but not
+/// zero.
+void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
+               const std::int32_t* resting, std::uint8_t* near);
 
 }  // namespace udar
