@@ -118,18 +118,22 @@ class Tuning(UdarTest):
         self.assertIn("\n-filter_pc_type chain\n", text)
         self.assertNotIn("-ts_rtol 1e-11", text)
 
-    def test_no_winner_is_an_error_and_leaves_no_file(self):
+    def test_no_winner_is_an_error_and_leaves_no_file_and_a_slow_set_is_stopped(self):
         (self.scratch / "out").mkdir()
         (self.scratch / "out" / "best.opts").write_text("-ts_type rk\n")  # of an earlier call
         # The case as it stands is too coarse for the tolerance, its reference is not.
         coarse = {**BEAM, "ts_type": "rk", "ts_rk_type": "3bs", "ts_rtol": 1e-3}
         tight = self.scratch / "tight.opts"
         tight.write_text("-ts_rk_type 8vr\n-ts_rtol 1e-11\n")
-        run = self.tune("--repeats", "1", "--tolerance", "1e-7", "--reference", tight, options=coarse,
-                        sets={"typo": SETS["typo"]}, code=1)
+        run = self.tune("--repeats", "1", "--tolerance", "1e-7", "--reference", tight, "--time-limit", "3",
+                        options=coarse, code=1,
+                        sets={"typo": SETS["typo"], "slow": "-ts_adapt_type none\n-ts_dt 1e-7\n"})
         self.assertIn("no set qualifies", run.stderr)
         self.assertFalse((self.scratch / "out" / "best.opts").exists())
-        self.assertEqual({row["verdict"] for row in self.trials()[0]["trials"]}, {"disqualified", "failed"})
+        trials = self.trials()[1]
+        self.assertEqual({name: row["verdict"] for name, row in trials.items()},
+                         {"none": "disqualified", "typo": "failed", "slow": "failed"})
+        self.assertIn("time limit of 3 s", trials["slow"]["reason"])
 
     def test_a_reference_that_is_not_good_enough_is_refused(self):
         run = self.tune("--tolerance", "1e-15", sets={}, code=1)
@@ -138,13 +142,6 @@ class Tuning(UdarTest):
         self.assertIn("-beam_radius", run.stderr)
         run = self.tune(sets={}, options={**BEAM, "ts_type": "rk", "ts_adapt_type": "none", "ts_dt": 1e-3}, code=1)
         self.assertIn("fixed steps", run.stderr)
-
-    def test_a_slow_set_is_stopped_and_listed(self):
-        slow = {"slow": "-ts_type rk\n-ts_adapt_type none\n-ts_dt 1e-7\n"}
-        self.tune("--repeats", "1", "--time-limit", "3", sets=slow)
-        row = self.trials()[1]["slow"]
-        self.assertEqual(row["verdict"], "failed")
-        self.assertIn("time limit of 3 s", row["reason"])
 
     def test_two_ranks_by_the_launcher(self):
         launcher = f"{ENVIRONMENT.get('MPIEXEC', 'mpiexec')} -n {{ranks}}"
