@@ -408,6 +408,16 @@ RunCounts ImpactDynamics::counts() const {
   return counts;
 }
 
+double ImpactDynamics::streamed_bytes() const {
+  const ChainSolver* chain = equations_->line().chain();
+  const double own = stepper_->streamed_bytes();
+  if (own == 0.0 || chain == nullptr) {
+    return 0.0;
+  }
+  const double number = 0.0;
+  return own + static_cast<double>(equations_->line().solves()) * chain->bytes_per_solve({.displacement = &number});
+}
+
 MassState ImpactDynamics::masses() const {
   const ReadArray state{state_};
   return {.position = {state.values(), state.values() + count_},

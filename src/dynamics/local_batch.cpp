@@ -39,13 +39,22 @@ UDAR_INLINE void square_root(Pack& value) {
   }
 }
 
+/// Value and slope of a power series; even and odd powers apart, as two chains of operations that do not wait for each
+/// other.
 UDAR_INLINE void evaluate(const Pack* c, std::size_t count, const Pack& s, Pack& value, Pack& slope) {
-  value = c[count - 1];
-  slope = Pack{};
-  for (std::size_t k = count - 1; k-- > 0;) {
-    slope = slope * s + value;
-    value = value * s + c[k];
+  const Pack s2 = s * s;
+  Pack even = {};
+  Pack odd = {};
+  Pack even_slope = {};  // by s^2
+  Pack odd_slope = {};
+  for (std::size_t k = (count + 1) / 2; k-- > 0;) {
+    even_slope = even_slope * s2 + even;
+    even = even * s2 + c[2 * k];
+    odd_slope = odd_slope * s2 + odd;
+    odd = 2 * k + 1 < count ? odd * s2 + c[2 * k + 1] : odd;
   }
+  value = even + s * odd;
+  slope = 2.0 * s * (even_slope + s * odd_slope) + odd;
 }
 
 /// `first_zero` in every lane of `wanted`: those that have one, and those it could not tell.
@@ -137,7 +146,10 @@ UDAR_INLINE void advance_lanes(Batch& batch, double angle, std::size_t terms, st
   std::array<Pack, kMostTerms> line;
   std::array<Pack, kMostTerms> moments;
   for (std::size_t j = 0; j < terms; ++j) {
-    line[j] = pack(batch.line[j]);
+    line[j] = Pack{};
+    for (std::size_t k = j; k < terms; ++k) {
+      line[j] += kLegendre[k][j] * pack(batch.line[k]);
+    }
     moments[j] = Pack{};
   }
   std::array<Pack, kMostPowers> series;

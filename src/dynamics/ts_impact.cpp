@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -259,6 +260,7 @@ class Impact final : public ProblemStepper {
       }
     }
     next_step_ = std::min(next, longest_);
+    ++own_steps_;
     leave_step(end_, step, next_step_);
     const petsc::LogScope contact{petsc::log_events().contact};
     write_journal();
@@ -294,6 +296,19 @@ class Impact final : public ProblemStepper {
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
     return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
+  }
+  [[nodiscard]] double streamed_bytes() const override {
+    const auto m = static_cast<double>(terms_);
+    std::size_t contact_nodes = 0;
+    for (const ContactRun& run : contact_->runs()) {
+      contact_nodes += run.last - run.first;
+    }
+    // A sweep: moments and line read and written; steady parts, position, velocity, axis read; ends written. To
+    // predict: the line twice, moments written. A step: the state copied and written, ends read, the line counted anew.
+    const double per_node = 8.0 * ((4.0 * m + 7.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 12.0 * own_steps_);
+    // Who rests, and the line's distance at the end.
+    const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
+    return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
   }
   void save(MotionState& state) const override {
     for (std::size_t j = 0; j < terms_; ++j) {
@@ -351,12 +366,18 @@ class Impact final : public ProblemStepper {
     end_.position.resize(count_);
     end_.velocity.resize(count_);
     free_.fill(1.0);
+    kink_share_.assign(contact_->runs().empty() ? 0 : count_, 0.0F);
     for (std::size_t from = 0; from < count_; from += kBlock) {
       first_run_.push_back(block_runs_.size());
       for (std::size_t index = 0; index < contact_->runs().size(); ++index) {
         const ContactRun& run = contact_->runs()[index];
-        if (run.first < from + kBlock && run.last > from) {
+        const std::size_t first = std::max(run.first, from);
+        const std::size_t last = std::min(run.last, from + kBlock);
+        if (first < last) {
           block_runs_.push_back(index);
+        }
+        for (std::size_t node = first; node < last; ++node) {
+          kink_share_[node] = static_cast<float>(kink_share(node));
         }
       }
     }
@@ -445,6 +466,7 @@ class Impact final : public ProblemStepper {
   /// Repeats solves and local motion until they agree; false if they do not.
   bool sweep(double step) {
     const MPI_Comm comm = equations_->beam().comm();
+    ++attempts_;
     map_ = dense_map(wf_ * step, terms_);
     map_.gain = sweep_gain(map_.line, terms_);
     reach_ = reach_of(wf_ * step, terms_);
@@ -549,7 +571,7 @@ class Impact final : public ProblemStepper {
       end = end || !present;
     }
     const double bed = beam.mass(global) * wf_ * wf_ / length;
-    const double decay = std::pow(4.0 / (compliance * bed), 0.25);
+    const double decay = std::sqrt(std::sqrt(4.0 / (compliance * bed)));
     return std::min(1.0, (end ? 2.0 : 0.5) * length / decay);
   }
 
@@ -601,9 +623,11 @@ class Impact final : public ProblemStepper {
       mark_near({.side = run.side, .height = run.height, .together = contact_->together(0.0, run.height)}, last - first,
                 start_ + first, bound.data() + (first - from), contact_->resting_supports().data() + first,
                 near_.data());
-      for (std::size_t node = first; node < last; ++node) {
+      for (std::size_t near = next_near(0, last - first); near < last - first;
+           near = next_near(near + 1, last - first)) {
+        const std::size_t node = first + near;
         const std::size_t i = node - from;
-        if (near_[node - first] == 0 || free_[i] == 0.0) {
+        if (free_[i] == 0.0) {
           continue;
         }
         if (contact_->resting(node)) {
@@ -628,6 +652,25 @@ class Impact final : public ProblemStepper {
         touching_.push_back(mass);
       }
     }
+  }
+
+  /// The first marked mass from `i` on, `count` if there is none.
+  [[nodiscard]] std::size_t next_near(std::size_t i, std::size_t count) const {
+    std::uint64_t eight = 0;
+    while (i < count && i % sizeof eight != 0 && near_[i] == 0) {
+      ++i;
+    }
+    while (i % sizeof eight == 0 && i + sizeof eight <= count) {
+      std::memcpy(&eight, near_.data() + i, sizeof eight);
+      if (eight != 0) {
+        break;
+      }
+      i += sizeof eight;
+    }
+    while (i < count && near_[i] == 0) {
+      ++i;
+    }
+    return i;
   }
 
   /// Legendre coefficient of the displacement since the start of the step [m], as the line was solved for it.
@@ -692,9 +735,8 @@ class Impact final : public ProblemStepper {
     if (!simple) {
       return move_alone<Predict>(touching_[index], step, largest);
     }
-    const auto powers = line_powers(node);
     for (std::size_t j = 0; j < terms_; ++j) {
-      batch_.line[j][waiting_] = powers[j];
+      batch_.line[j][waiting_] = line_[j][node];
     }
     batch_.velocity[waiting_] = start_[count_ + node] * step;
     batch_.at[waiting_] = only->height - start_[node];
@@ -770,7 +812,8 @@ class Impact final : public ProblemStepper {
     largest.finite = largest.finite && std::isfinite(end_.position[node]) && std::isfinite(end_.velocity[node]);
     if (outcome.impacts > 0) {
       const auto bin = std::min(static_cast<std::size_t>(outcome.first_impact * kBins), kBins - 1);
-      tally_.most[Tally::kink] = std::max(tally_.most[Tally::kink], kink_share(node) * outcome.kick);
+      tally_.most[Tally::kink] =
+          std::max(tally_.most[Tally::kink], static_cast<double>(kink_share_[node]) * outcome.kick);
       tally_.kick[bin] += equations_->line().mass()[node] * outcome.kick;
       tally_.first[bin] = std::min(tally_.first[bin], outcome.first_impact);
     }
@@ -876,6 +919,7 @@ class Impact final : public ProblemStepper {
   std::vector<double> work_;
   std::vector<std::size_t> block_runs_;  // of every block, by index
   std::vector<std::size_t> first_run_;   // of a block, in `block_runs_`
+  std::vector<float> kink_share_;        // of every node
   std::vector<Touching> touching_;
   std::vector<Pressed> pressed_;  // at rest all along the step
   std::array<double, kBlock> free_{};
@@ -897,6 +941,8 @@ class Impact final : public ProblemStepper {
   bool from_end_ = true;          // the next step starts at its end, not at its start
   double next_step_ = 0.0;
   double error_ = 0.0;
+  PetscInt own_steps_ = 0;  // of this run; that of the TS goes on through a restart
+  PetscInt attempts_ = 0;
   PetscInt sweeps_ = 0;
   PetscInt cuts_ = 0;
 };

@@ -9,6 +9,7 @@
 
 #include "udar/io/hdf5_file.hpp"
 #include "udar/io/versions.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar::io {
 namespace {
@@ -153,6 +154,7 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
 ResultsFile::~ResultsFile() = default;
 
 void ResultsFile::append_fields(const Snapshot& state) {
+  const petsc::LogScope scope{petsc::log_events().fields};
   // Space for the whole row first: a row that does not fit leaves none of its fields behind.
   std::uint64_t bytes = 0;
   for (const char* name : kFieldNames) {

@@ -112,6 +112,7 @@ Session::Session(int argc, char** argv) {
   UDAR_CALL(PetscLogEventRegister("LocalMotion", library, &events.local_motion));
   UDAR_CALL(PetscLogEventRegister("Reduction", library, &events.reduction));
   UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
+  UDAR_CALL(PetscLogEventRegister("OutputFields", library, &events.fields));
 }
 
 Session::~Session() {

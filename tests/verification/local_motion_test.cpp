@@ -737,8 +737,12 @@ TEST(LocalMotion, LanesDoAsOneMassAlone) {
       problem.powers = first.problem.powers;
       std::fill(problem.line.begin() + static_cast<long>(problem.terms), problem.line.end(), 0.0);
       const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
-      for (std::size_t k = 0; k < problem.terms; ++k) {
-        batch.line[k][lane] = problem.line[k];
+      std::array<double, local::kMostTerms> powers = problem.line;
+      for (std::size_t k = problem.terms; k-- > 0;) {
+        batch.line[k][lane] = powers[k] / local::kLegendre[k][k];
+        for (std::size_t i = 0; i <= k; ++i) {
+          powers[i] -= batch.line[k][lane] * local::kLegendre[k][i];
+        }
       }
       batch.velocity[lane] = problem.velocity;
       batch.at[lane] = support.at;

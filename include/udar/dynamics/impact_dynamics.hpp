@@ -52,6 +52,9 @@ class ImpactDynamics {
   [[nodiscard]] RunCounts counts() const;
   /// What the integrator counts of its own, by name.
   [[nodiscard]] std::map<std::string, PetscInt> tally() const { return stepper_->tally(); }
+  /// @brief Bytes that the integrator and its line solves so far had to move between memory and this rank; 0: not
+  /// known.
+  [[nodiscard]] double streamed_bytes() const;
   [[nodiscard]] const ContactState& contact() const noexcept { return contact_; }
   [[nodiscard]] const EnergyLedger& energy() const noexcept { return ledger_; }  ///< at the last snapshot
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].

@@ -14,7 +14,7 @@ using Lanes = std::array<double, kLanes>;
 
 /// @brief Problems of one step, and their outcomes. @see Problem, Outcome
 struct alignas(64) Batch {
-  std::array<Lanes, kMostTerms> line{};  ///< P in powers of tau [m]
+  std::array<Lanes, kMostTerms> line{};  ///< P by its Legendre coefficients [m]
   Lanes velocity{};                      ///< [m per step]
   Lanes at{};                            ///< the stop: displacement at which the mass touches, off it at the start [m]
   Lanes side{};                          ///< +1 stop below, -1 above

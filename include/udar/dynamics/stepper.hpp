@@ -73,6 +73,10 @@ class Stepper {
   /// Evaluations of the acceleration that a right-hand side asked for.
   [[nodiscard]] virtual PetscInt evaluations() const { return 0; }
 
+  /// @brief Bytes that its steps so far had to move between memory and this rank, vectors read twice counted twice,
+  /// line solves not counted; 0: it does not know. Source: docs/theory.md, the integrators' cost.
+  [[nodiscard]] virtual double streamed_bytes() const { return 0.0; }
+
   /// What else it counts, by name.
   [[nodiscard]] virtual std::map<std::string, PetscInt> tally() const { return {}; }
 

@@ -47,6 +47,7 @@ struct LogEvents {
   PetscLogEvent local_motion = -1;  ///< the masses of `-ts_type impact` over a step, the line given
   PetscLogEvent reduction = -1;     ///< what the ranks tell each other in a step, without the line solves
   PetscLogEvent output = -1;        ///< everything the observers do
+  PetscLogEvent fields = -1;        ///< within it: one row of all fields into results.h5
 };
 [[nodiscard]] const LogEvents& log_events();
 
