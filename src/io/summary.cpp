@@ -40,7 +40,15 @@ std::string as_json(const Summary& summary) {
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
   json["wall_seconds"] = summary.wall_seconds;
+  json["wall_seconds_mean"] = summary.wall_seconds_mean;
+  json["own_seconds"] = summary.own_seconds;
+  json["communication"] = nlohmann::ordered_json::object();
+  for (const auto& [stage, counts] : summary.communication) {
+    json["communication"][stage] = {
+        {"messages", counts.messages}, {"message_bytes", counts.message_bytes}, {"reductions", counts.reductions}};
+  }
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
+  json["memory_per_rank"] = {{"largest", summary.largest_memory_bytes}, {"smallest", summary.smallest_memory_bytes}};
   json["versions"] = summary.versions;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
