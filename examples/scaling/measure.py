@@ -136,7 +136,7 @@ def record(point, summaries, tiny_memory):
     kept["own_seconds"] = over("own_seconds")
     kept["imbalance"] = {stage: value["median"] / mean[stage]["median"] if mean[stage]["median"] > 0.0 else 1.0
                          for stage, value in kept["seconds"].items()}
-    kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"], "line_solves": first["line_solves"],
+    kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"], "line_solves": first["stepping_line_solves"],
                       "sweeps": first["integrator_counts"].get("sweeps", 0), "impacts": first["impacts"],
                       "rows": 1 + int(first["end_time"] / ROWS_OF_GAUGES + 1e-9)}
     kept["per_step"] = {stage: {name: value / steps for name, value in counts.items()}
@@ -189,7 +189,7 @@ def compare(records):
     alone.update({key: entry for entry in records
                   if entry["ranks"] == 1 and (key := (entry["case"], entry["elements"])) not in alone})
     for entry in records:
-        twin = alone.get((entry["case"], entry["elements"]))
+        twin = alone.get((entry["case"], entry["elements"])) if entry["ranks"] > 1 else None
         entry["difference"] = difference(twin["invariants"], entry["invariants"]) if twin else None
         entry["equal"] = entry["difference"] <= AGREEMENT and entry["same_counts"] if twin else None
     for entry in records:  # one number for each support is kept no longer than needed

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-FITTED = "every second point of the growth series; output between ranks: strong scaling on two ranks; " \
-         "batch: one rank"
+FITTED = "every second point of the growth series and of the pipelines on one rank; output between ranks: strong " \
+         "scaling on two ranks; batch: one rank"
 STAGES = ("line_solve", "local_motion", "output", "other")
 SOLVE_BYTES = 26.0    # a node and solve (docs/theory.md, "Stretches")
 MOTION_BYTES = 184.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
@@ -113,7 +113,9 @@ class Model:
     def __init__(self, result):
         self.machine = Machine(result["machine"])
         growth = sorted((p for p in result["points"] if p["series"] == "growth"), key=lambda p: p["elements"])
-        self.fitted = growth[::2]
+        single = sorted((p for p in result["points"] if p["case"] == "pipeline.yaml" and p["ranks"] == 1),
+                        key=lambda p: p["elements"])
+        self.fitted = growth[::2] + single[::2]
         self.constants = {}
         for stage in STAGES:
             values = [self.measured(point, stage) for point in self.fitted]
@@ -148,9 +150,9 @@ class Model:
             return np.array([calls * slow, calls * nodes * slow, calls * nodes * MOTION_BYTES * per_byte,
                              counts["impacts"] / ranks * slow])
         if stage == "output":
-            return np.array([slow, counts["rows"] * slow, float(point["elements"])])
+            return np.array([slow, float(point["elements"]), float(counts["impacts"])])
         return np.array([counts["steps"] * slow, counts["steps"] * nodes * slow,
-                         counts["steps"] * nodes * OTHER_BYTES * per_byte])
+                         counts["steps"] * nodes * OTHER_BYTES * per_byte, counts["impacts"] / ranks * slow])
 
     def parts(self, point):
         """Seconds of the stepping by part."""

@@ -24,8 +24,8 @@ def figure():
 
 
 def finish(drawing, axes, folder, name, legend=True):
-    if legend:  # under the picture: never over data
-        drawing.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=9)
+    if legend:  # above the picture: never over data
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, frameon=False, fontsize=9)
     for kind in ("png", "svg"):
         drawing.savefig(folder / f"{name}.{kind}", dpi=130)
     plt.close(drawing)
@@ -119,7 +119,7 @@ def shares(result, folder, prefix):
     axes.set_ylabel("share of the stepping [%]")
     axes.set_xlabel("series, elements / ranks")
     axes.set_ylim(0, 100)
-    drawing.legend(loc="outside upper center", ncols=6, frameon=False, fontsize=9)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=6, frameon=False, fontsize=9)
     for kind in ("png", "svg"):
         drawing.savefig(folder / f"{prefix}share-of-step.{kind}", dpi=130)
     plt.close(drawing)

@@ -120,7 +120,7 @@ def model_text(result):
     lines = [f"fitted: {cost.FITTED}", "", "constants >= 0 of the kernels, in seconds:"]
     names = {"line_solve": "a call, a node and solve, the bandwidth's share",
              "local_motion": "a call, a node and call, the bandwidth's share, an impact",
-             "output": "once, a row, an element", "other": "a step, a node and step, the bandwidth's share"}
+             "output": "once, an element, an impact", "other": "a step, a node and step, the bandwidth's share, an impact"}
     for stage, values in model.constants.items():
         lines.append(f"  {stage:13} {', '.join(f'{value:.3g}' for value in values):45} ({names[stage]})")
     lines.append(f"  output between ranks {model.between_ranks:.3g} a run")

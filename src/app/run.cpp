@@ -272,9 +272,11 @@ int run(MPI_Comm comm) {
   dynamics.set_stop_request([] { return signal_received != 0; });
 
   const CostMark stepping = cost_mark();
+  const PetscInt solves_before = line.solves();
   const auto summarise = [&] {
     const CostMark end = cost_mark();
     io::Summary summary = make_summary(input, line, dynamics);
+    summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
   };

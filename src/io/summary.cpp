@@ -27,6 +27,7 @@ std::string as_json(const Summary& summary) {
   json["repeated_steps"] = summary.repeated_steps;
   json["rhs_evaluations"] = summary.rhs_evaluations;
   json["line_solves"] = summary.line_solves;
+  json["stepping_line_solves"] = summary.stepping_line_solves;
   json["impacts"] = summary.impacts;
   json["rests"] = summary.rests;
   json["releases"] = summary.releases;

@@ -33,6 +33,7 @@ struct Summary {
   PetscInt repeated_steps = 0;                        ///< taken again to end at an impact
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
+  PetscInt stepping_line_solves = 0;  ///< of these, those of the stepping
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;
