@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-FITTED = "every second point of the growth series and of the pipelines on one rank; output between ranks: strong " \
-         "scaling on two ranks; batch: one rank"
+FITTED = "every second point of the growth series and of the pipelines on one rank; output between ranks: " \
+         "strong scaling on the fewest and the most ranks; batch: one rank"
 STAGES = ("line_solve", "local_motion", "output", "other")
 SOLVE_BYTES = 26.0    # a node and solve (docs/theory.md, "Stretches")
 MOTION_BYTES = 184.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
@@ -65,20 +65,34 @@ class Machine:
     def block(self, ranks):
         return self.blocks[ranks]
 
+    def turns(self, ranks):
+        """How many ranks take turns on a core: one that waits gives it away, so the work of all is what counts."""
+        block = self.blocks[ranks]
+        return max(1.0, block["ranks_per_host"] / block["cores_per_host"])
+
+    def exclusive(self, ranks):
+        """The number of ranks whose block says what the cores of these can do."""
+        return ranks if ranks == 1 or self.turns(ranks) == 1.0 else self.most_exclusive
+
     def bandwidth(self, ranks, footprint):
-        """Of one rank, all ranks at work [bytes/s]; footprint in bytes per rank."""
-        table = self.blocks[ranks]["triad"]
+        """Of one rank, all ranks at work [bytes/s]; footprint in bytes per rank. A core's cache serves all its ranks."""
+        turns, alike = self.turns(ranks), self.exclusive(ranks)
+        table = self.blocks[alike]["triad"]
         sizes = np.log([row["bytes_per_rank"] for row in table])
-        return float(np.interp(math.log(max(footprint, 1.0)), sizes, [row["bandwidth"] for row in table])) / ranks
+        place = math.log(max(footprint * turns, 1.0))
+        return float(np.interp(place, sizes, [row["bandwidth"] for row in table])) / alike / turns
 
     def slowdown(self, ranks):
-        """Of arithmetic, by ranks that share cores or by a lower clock."""
-        return self.blocks[1]["flops_per_rank"] / self.blocks[ranks]["flops_per_rank"]
+        """Of arithmetic, by ranks that take turns and by a lower clock where all cores work."""
+        return self.turns(ranks) * self.blocks[1]["flops_per_rank"] / self.blocks[self.exclusive(ranks)]["flops_per_rank"]
+
+    def reduction(self, ranks):
+        return self.blocks[ranks]["reduction_seconds"]["step"]["median"] if ranks > 1 else 0.0
 
     def reduction_law(self):
         """a + b log2 P through the reductions of all ranks that have a core each [s]."""
         known = [(ranks, block["reduction_seconds"]["sweep"]["median"]) for ranks, block in sorted(self.blocks.items())
-                 if ranks > 1 and (not self.shared(block) or ranks == 2)]
+                 if ranks > 1 and (not self.shared(block) or ranks == 2)]  # two at least, were they to share a core
         if not known:
             return None
         levels = np.array([math.log2(ranks) for ranks, _ in known])
@@ -120,13 +134,18 @@ class Model:
         for stage in STAGES:
             values = [self.measured(point, stage) for point in self.fitted]
             self.constants[stage] = non_negative([self.columns(point, stage) for point in self.fitted], values)
-        self.between_ranks = 0.0
-        shared_file = [p for p in result["points"] if p["series"] == "strong" and p["ranks"] == 2]
-        if shared_file:
-            point = shared_file[0]
-            own = sum(self.columns(point, "output") * self.constants["output"])
-            self.between_ranks = max(0.0, self.measured(point, "output") - own)
-            self.fitted.append(point)
+        # One file for several ranks: something once, and so many collective calls.
+        self.between_ranks = np.zeros(2)
+        strong = sorted((p for p in result["points"] if p["series"] == "strong" and p["ranks"] > 1),
+                        key=lambda p: p["ranks"])
+        shared_file = strong[:1] + strong[1:][-1:]
+        extra = [(point, self.measured(point, "output") - float(self.columns(point, "output") @ self.constants["output"]))
+                 for point in shared_file]
+        extra = [(point, seconds) for point, seconds in extra if seconds > 0.0]
+        if extra:
+            self.between_ranks = non_negative([self.file_columns(point["ranks"]) for point, _ in extra],
+                                              [seconds for _, seconds in extra])
+        self.fitted += shared_file
         self.batch_rate = next((b["beams_per_second"]["median"] for b in result["batch"] if b["ranks"] == 1), None)
 
     @staticmethod
@@ -135,6 +154,9 @@ class Model:
         if stage != "other":
             return own[stage]
         return sum(value for name, value in own.items() if name not in STAGES) + own["other"]
+
+    def file_columns(self, ranks):
+        return np.array([self.machine.slowdown(ranks), self.machine.reduction(ranks)])
 
     def columns(self, point, stage, rate=None, slow=None):
         """What a stage does on one rank, in units of its constants."""
@@ -166,7 +188,7 @@ class Model:
                                    + (told["reductions"] - point["counts"]["sweeps"]) * step)
             joint = block["exchange_seconds"]["median"] if told["gathers"] == 0.0 else block["gather_seconds"]["median"]
             found["joints"] = solves * (block["message"]["latency"]["median"] + joint)
-            found["output"] += self.between_ranks * self.machine.slowdown(point["ranks"])
+            found["output"] += float(self.file_columns(point["ranks"]) @ self.between_ranks)
         return found
 
     def seconds(self, point):
@@ -187,7 +209,7 @@ class Model:
     def batch(self, batch):
         if self.batch_rate is None:
             return None
-        return self.batch_rate * batch["groups"] / self.machine.slowdown(batch["ranks"])
+        return self.batch_rate * batch["ranks"] / self.machine.slowdown(batch["ranks"])
 
     # Beyond what was measured
 
