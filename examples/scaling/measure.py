@@ -156,6 +156,7 @@ def measure(programs, points, batches, settings, log):
     batch_runs = [[] for _ in batches]
     machines = {}
     tiny = {}
+    spent = [0.0] * len(points)
     ranks = sorted({point["ranks"] for point in points} | {batch["ranks"] for batch in batches})
     for repeat in range(settings["repeats"]):
         for count in ranks:
@@ -164,8 +165,11 @@ def measure(programs, points, batches, settings, log):
             memory = programs.run(count, "floor.yaml", ["-beam_elements", str(max(TINY, 2 * count))])
             tiny.setdefault(count, []).append(memory["peak_memory_bytes"])
         for index, point in enumerate(points):
+            if spent[index] > settings["budget"]:
+                continue
             begin = time.perf_counter()
             summaries[index].append(programs.run(point["ranks"], point["case"], point["options"]))
+            spent[index] += time.perf_counter() - begin
             log(f"  {repeat + 1}/{settings['repeats']}  {point['series']:7} N = {point['elements']:<10} "
                 f"ranks = {point['ranks']:<5} {time.perf_counter() - begin:8.2f} s")
         for index, batch in enumerate(batches):

@@ -22,10 +22,10 @@ import report
 
 ROOT = measure.HERE.parents[1]
 QUICK = {"sizes": [500, 2000, 8000], "ranks": [1, 2, 3, 4], "strong": 4000, "per_rank": 1000, "beams": 8,
-         "batch_elements": 200, "repeats": 1, "machine_repeats": 3, "largest_footprint": 1 << 22}
+         "batch_elements": 200, "repeats": 1, "machine_repeats": 3, "largest_footprint": 1 << 22, "budget": 60}
 FULL = {"sizes": [10 ** 3, 10 ** 4, 10 ** 5, 10 ** 6, 10 ** 7], "ranks": [1, 2, 4, 8, 16], "strong": 10 ** 6,
         "per_rank": 50_000, "beams": 200, "batch_elements": 1000, "repeats": 5, "machine_repeats": 15,
-        "largest_footprint": 1 << 28}
+        "largest_footprint": 1 << 28, "budget": 300}
 
 
 def whole_numbers(text):
@@ -71,7 +71,7 @@ def write_plots(results, output):
 
 def run(arguments):
     settings = dict(QUICK if arguments.quick else FULL)
-    for key in ("sizes", "ranks", "strong", "per_rank", "repeats", "beams"):
+    for key in ("sizes", "ranks", "strong", "per_rank", "repeats", "beams", "budget"):
         if getattr(arguments, key) is not None:
             settings[key] = getattr(arguments, key)
     settings["ranks"] = sorted({1, *settings["ranks"]})
@@ -150,6 +150,8 @@ def parse(words):
     runs.add_argument("--per-rank", type=lambda text: whole_numbers(text)[0], help="elements a rank, weak scaling")
     runs.add_argument("--beams", type=lambda text: whole_numbers(text)[0], help="beams a rank of the batch")
     runs.add_argument("--repeats", type=lambda text: whole_numbers(text)[0], help="of everything, in turn")
+    runs.add_argument("--budget", type=lambda text: whole_numbers(text)[0],
+                      help="seconds after which a point is not repeated again (default 300)")
     runs.add_argument("--quick", action="store_true", help="small sizes, once: to see that everything works")
     runs.add_argument("--name", default=platform.node().split(".")[0] or "machine", help="of the machine")
     runs.add_argument("--output", default="scaling-out", help="folder for the results")
