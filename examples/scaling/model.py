@@ -19,6 +19,7 @@ WORKING_SET = 200.0   # bytes a node that a step comes back to
 CHECK_INTERVAL = 50   # solves between two checks of the residual (-filter_check_interval)
 DECAY = {"floor.yaml": 2.27, "pipeline.yaml": 6.0}  # m: (4 EI / rhoA wf^2)^(1/4)
 LENGTHS_TO_NOTHING = 39.0  # exp(-39) = 1e-17: beyond, ranks talk to neighbours alone
+EVENTS_AT_A_TIME = 65536  # impacts that rank 0 takes from all ranks together
 WIDTH = 16            # numbers that a joint shows for four columns
 
 
@@ -42,8 +43,15 @@ def communication(point):
     near = neighbours_only(point)
     exchanges = 2 * checks + counts["rows"] + 1  # residual checks; strain energy of a row
     return {"messages": solves * (0.5 * sides + (sides if near else 0.0)) + sides * exchanges,
-            "reductions": counts["sweeps"] + counts["steps"] + event_steps(counts) + 4 * checks + 5 * counts["rows"] + 15,
+            "reductions": counts["sweeps"] + counts["steps"] + event_steps(counts) + 4 * checks + 5 * counts["rows"] + 15
+            + 6 * parts_of_events(point),
             "gathers": 0.0 if near else float(solves)}
+
+
+def parts_of_events(point):
+    """Parts in which impacts reach rank 0 beyond one a row: the beam on the floor lands from one end, so that those of an
+    instant are one rank's, which may give its share of a part only."""
+    return point["counts"]["impacts"] * point["ranks"] / EVENTS_AT_A_TIME if point["case"] == "floor.yaml" else 0.0
 
 
 def event_steps(counts):
@@ -134,7 +142,7 @@ class Model:
         for stage in STAGES:
             values = [self.measured(point, stage) for point in self.fitted]
             self.constants[stage] = non_negative([self.columns(point, stage) for point in self.fitted], values)
-        # One file for several ranks: something once, and so many collective calls.
+        # One file for several ranks: impacts brought into order, and so many collective calls.
         self.between_ranks = np.zeros(2)
         strong = sorted((p for p in result["points"] if p["series"] == "strong" and p["ranks"] > 1),
                         key=lambda p: p["ranks"])
@@ -143,7 +151,7 @@ class Model:
                  for point in shared_file]
         extra = [(point, seconds) for point, seconds in extra if seconds > 0.0]
         if extra:
-            self.between_ranks = non_negative([self.file_columns(point["ranks"]) for point, _ in extra],
+            self.between_ranks = non_negative([self.file_columns(point) for point, _ in extra],
                                               [seconds for _, seconds in extra])
         self.fitted += shared_file
         self.batch_rate = next((b["beams_per_second"]["median"] for b in result["batch"] if b["ranks"] == 1), None)
@@ -155,8 +163,8 @@ class Model:
             return own[stage]
         return sum(value for name, value in own.items() if name not in STAGES) + own["other"]
 
-    def file_columns(self, ranks):
-        return np.array([self.machine.slowdown(ranks), self.machine.reduction(ranks)])
+    def file_columns(self, point):
+        return np.array([float(point["counts"]["impacts"]), self.machine.reduction(point["ranks"])])
 
     def columns(self, point, stage, rate=None, slow=None):
         """What a stage does on one rank, in units of its constants."""
@@ -188,7 +196,7 @@ class Model:
                                    + (told["reductions"] - point["counts"]["sweeps"]) * step)
             joint = block["exchange_seconds"]["median"] if told["gathers"] == 0.0 else block["gather_seconds"]["median"]
             found["joints"] = solves * (block["message"]["latency"]["median"] + joint)
-            found["output"] += float(self.file_columns(point["ranks"]) @ self.between_ranks)
+            found["output"] += float(self.file_columns(point) @ self.between_ranks)
         return found
 
     def seconds(self, point):

@@ -123,7 +123,7 @@ def model_text(result):
              "output": "once, an element, an impact", "other": "a step, a node and step, the bandwidth's share, an impact"}
     for stage, values in model.constants.items():
         lines.append(f"  {stage:13} {', '.join(f'{value:.3g}' for value in values):45} ({names[stage]})")
-    lines.append(f"  between ranks {model.between_ranks[0]:.3g}, {model.between_ranks[1]:.3g} (output: once, collective calls)")
+    lines.append(f"  between ranks {model.between_ranks[0]:.3g}, {model.between_ranks[1]:.3g} (output: an impact, collective calls)")
     lines += ["", f"{'series':7} {'elements':>10} {'ranks':>5} {'measured':>10} {'predicted':>10} {'error':>7}"]
     for row in errors:
         lines.append(f"{row['series']:7} {row['elements']:>10} {row['ranks']:>5} {row['measured']:>10.4g} "

@@ -196,7 +196,11 @@ inline void machine(MPI_Comm comm, std::size_t largest, long repeats) {
   result["cores_per_host"] = where.fewest_cores_on_a_host;
   const bool shared = where.most_ranks_on_a_host > where.fewest_cores_on_a_host;
   const double shortest = shared ? 3e-2 : 1e-3;
-  result["triad"] = triads(comm, largest, repeats, shortest);
+  // Ranks that share cores share the memory too.
+  const auto turns = static_cast<std::size_t>((where.most_ranks_on_a_host + where.fewest_cores_on_a_host - 1) /
+                                              where.fewest_cores_on_a_host);
+  const long triad_repeats = shared ? std::min(repeats, 5L) : repeats;
+  result["triad"] = triads(comm, std::max(largest / turns, std::size_t{1} << 15), triad_repeats, shortest);
   communication(comm, repeats, result);
   result["flops_per_rank"] = flops(comm, repeats, shortest);
   UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));
