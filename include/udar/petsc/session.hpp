@@ -73,7 +73,7 @@ class LogScope {
 struct Traffic {
   double messages = 0.0;       ///< half of those sent and received, as `-log_view` counts
   double message_bytes = 0.0;  ///< of these
-  double reductions = 0.0;     ///< collective calls; none on one rank
+  double reductions = 0.0;     ///< collective calls; on one rank `MPI_Gather` alone counts
 };
 /// @brief Everything since the start of the program.
 [[nodiscard]] Traffic traffic();
