@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "app/run_costs.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/view.hpp"
 #include "udar/filter/modes.hpp"
@@ -183,7 +184,7 @@ void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam)
   dynamics.restore(state);
 }
 
-io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics, double total_seconds) {
+io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
@@ -221,19 +222,6 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   for (const double gauge : input.gauges) {
     summary.gauge_node_position.push_back(beam.position(beam.nearest_node(gauge)));
   }
-  const petsc::LogEvents& events = petsc::log_events();
-  summary.wall_seconds = {{"total", total_seconds},
-                          {"assemble", petsc::event_totals(events.assemble).seconds},
-                          {"line_solve", petsc::event_totals(events.solve).seconds},
-                          {"contact", petsc::event_totals(events.contact).seconds},
-                          {"local_motion", petsc::event_totals(events.local_motion).seconds},
-                          {"reduction", petsc::event_totals(events.reduction).seconds},
-                          {"output", petsc::event_totals(events.output).seconds}};
-  PetscLogDouble memory = 0.0;
-  UDAR_CALL(PetscMemoryGetMaximumUsage(&memory));
-  double all_memory = memory;
-  MPI_Allreduce(MPI_IN_PLACE, &all_memory, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
-  summary.peak_memory_bytes = static_cast<std::uint64_t>(all_memory);
   summary.versions = io::library_versions();
   return summary;
 }
@@ -241,7 +229,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
 }  // namespace
 
 int run(MPI_Comm comm) {
-  const auto begin = std::chrono::steady_clock::now();
+  const CostMark begin = cost_mark();
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
@@ -283,9 +271,13 @@ int run(MPI_Comm comm) {
   }
   dynamics.set_stop_request([] { return signal_received != 0; });
 
+  const CostMark stepping = cost_mark();
+  const PetscInt solves_before = line.solves();
   const auto summarise = [&] {
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    const io::Summary summary = make_summary(input, line, dynamics, seconds);
+    const CostMark end = cost_mark();
+    io::Summary summary = make_summary(input, line, dynamics);
+    summary.stepping_line_solves = line.solves() - solves_before;
+    add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
   };
   try {

@@ -446,13 +446,18 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::exchange(const std::array<
     MPI_Allgather(&own, kCount, MPI_DOUBLE, shown.data(), kCount, MPI_DOUBLE, comm_);
   } else {
     const std::size_t at = rank_ > 0 ? 1 : 0;
-    const int before = rank_ > 0 ? rank_ - 1 : MPI_PROC_NULL;
-    const int after = rank_ + 1 < ranks_ ? rank_ + 1 : MPI_PROC_NULL;
     shown[at] = own;
-    MPI_Sendrecv(&own, kCount, MPI_DOUBLE, before, 2, &shown.back(), after == MPI_PROC_NULL ? 0 : kCount, MPI_DOUBLE,
-                 after, 2, comm_, MPI_STATUS_IGNORE);
-    MPI_Sendrecv(&own, kCount, MPI_DOUBLE, after, 3, shown.data(), before == MPI_PROC_NULL ? 0 : kCount, MPI_DOUBLE,
-                 before, 3, comm_, MPI_STATUS_IGNORE);
+    // Both ways at once, by calls that PETSc's log counts.
+    std::array<MPI_Request, 4> requests{MPI_REQUEST_NULL, MPI_REQUEST_NULL, MPI_REQUEST_NULL, MPI_REQUEST_NULL};
+    if (rank_ + 1 < ranks_) {
+      MPI_Irecv(&shown.back(), kCount, MPI_DOUBLE, rank_ + 1, 2, comm_, requests.data());
+      MPI_Isend(&own, kCount, MPI_DOUBLE, rank_ + 1, 3, comm_, &requests[1]);
+    }
+    if (rank_ > 0) {
+      MPI_Irecv(shown.data(), kCount, MPI_DOUBLE, rank_ - 1, 3, comm_, &requests[2]);
+      MPI_Isend(&own, kCount, MPI_DOUBLE, rank_ - 1, 2, comm_, &requests[3]);
+    }
+    MPI_Waitall(static_cast<int>(requests.size()), requests.data(), MPI_STATUSES_IGNORE);
   }
   All known{};
   for (std::size_t c = 0; c < Width; ++c) {

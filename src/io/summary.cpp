@@ -27,6 +27,7 @@ std::string as_json(const Summary& summary) {
   json["repeated_steps"] = summary.repeated_steps;
   json["rhs_evaluations"] = summary.rhs_evaluations;
   json["line_solves"] = summary.line_solves;
+  json["stepping_line_solves"] = summary.stepping_line_solves;
   json["impacts"] = summary.impacts;
   json["rests"] = summary.rests;
   json["releases"] = summary.releases;
@@ -40,7 +41,15 @@ std::string as_json(const Summary& summary) {
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
   json["wall_seconds"] = summary.wall_seconds;
+  json["wall_seconds_mean"] = summary.wall_seconds_mean;
+  json["own_seconds"] = summary.own_seconds;
+  json["communication"] = nlohmann::ordered_json::object();
+  for (const auto& [stage, counts] : summary.communication) {
+    json["communication"][stage] = {
+        {"messages", counts.messages}, {"message_bytes", counts.message_bytes}, {"reductions", counts.reductions}};
+  }
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
+  json["memory_per_rank"] = {{"largest", summary.largest_memory_bytes}, {"smallest", summary.smallest_memory_bytes}};
   json["versions"] = summary.versions;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -2,12 +2,14 @@
 
 #include <petsclog.h>
 #include <petscoptions.h>
+#include <petsctime.h>
 #include <slepcsys.h>
 
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -30,6 +32,17 @@ LogEvents& mutable_log_events() {
 bool& first_rank() {
   static bool first = true;
   return first;
+}
+
+/// The scope that is open on this rank, and seconds of each event outside the scopes within it.
+LogScope*& open_scope() {
+  static LogScope* scope = nullptr;
+  return scope;
+}
+
+std::map<PetscLogEvent, double>& own_seconds() {
+  static std::map<PetscLogEvent, double> seconds;
+  return seconds;
 }
 
 /// Keeps the first message of an error chain and prints nothing.
@@ -134,6 +147,8 @@ const LogEvents& log_events() { return mutable_log_events(); }
 
 LogScope::LogScope(PetscLogEvent event) : event_{event} {
   if (event_ >= 0) {
+    around_ = std::exchange(open_scope(), this);
+    PetscTime(&begin_);
     PetscLogEventBegin(event_, 0, 0, 0, 0);
   }
 }
@@ -141,7 +156,20 @@ LogScope::LogScope(PetscLogEvent event) : event_{event} {
 LogScope::~LogScope() {
   if (event_ >= 0) {
     PetscLogEventEnd(event_, 0, 0, 0, 0);
+    PetscLogDouble end = 0.0;
+    PetscTime(&end);
+    own_seconds()[event_] += end - begin_ - inside_;
+    open_scope() = around_;
+    if (around_ != nullptr) {
+      around_->inside_ += end - begin_;
+    }
   }
+}
+
+Traffic traffic() {
+  return {.messages = 0.5 * (petsc_isend_ct + petsc_send_ct + petsc_irecv_ct + petsc_recv_ct),
+          .message_bytes = 0.5 * (petsc_isend_len + petsc_send_len + petsc_irecv_len + petsc_recv_len),
+          .reductions = petsc_allreduce_ct + petsc_gather_ct + petsc_scatter_ct};
 }
 
 EventTotals event_totals(PetscLogEvent event) {
@@ -152,7 +180,10 @@ EventTotals event_totals(PetscLogEvent event) {
   PetscEventPerfInfo info;
   UDAR_CALL(PetscLogEventGetPerfInfo(PETSC_DEFAULT, event, &info));
   totals.seconds = info.time;
+  totals.own = own_seconds()[event];
   totals.calls = static_cast<PetscInt>(info.count);
+  totals.traffic = {
+      .messages = 0.5 * info.numMessages, .message_bytes = 0.5 * info.messageLength, .reductions = info.numReductions};
   return totals;
 }
 

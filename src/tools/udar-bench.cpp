@@ -16,8 +16,11 @@
 #include <utility>
 #include <vector>
 
+#include "batch.hpp"
 #include "integrators.hpp"
+#include "machine.hpp"
 #include "quad_line.hpp"
+#include "timing.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/run.hpp"
 #include "udar/petsc/error.hpp"
@@ -27,13 +30,17 @@
 namespace {
 
 using namespace udar;
+using bench::sample;
+using bench::Timed;
+using bench::Triad;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy, integrators };
-constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
-                            std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
-                            std::pair<const char*, Kind>{"integrators", Kind::integrators}};
+enum class Kind { solve, accuracy, integrators, machine, batch };
+constexpr std::array kKinds{
+    std::pair<const char*, Kind>{"solve", Kind::solve}, std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
+    std::pair<const char*, Kind>{"integrators", Kind::integrators},
+    std::pair<const char*, Kind>{"machine", Kind::machine}, std::pair<const char*, Kind>{"batch", Kind::batch}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
 struct Form {
@@ -115,13 +122,6 @@ double error_of(FilteredLine& line, double offset) {
   return tools::relative_error(beam, stretch, exact);
 }
 
-/// One thing to time; the best of its samples, in seconds, of the slowest rank.
-struct Timed {
-  std::function<void()> body;
-  int calls = 1;  // in one sample
-  double best = 1e300;
-};
-
 /// Gives every node of a uniform beam a mass of its own, spread over the given number of decades around its share.
 void spread_masses(BeamParameters& beam, double decades) {
   std::mt19937 generator{7};
@@ -133,51 +133,6 @@ void spread_masses(BeamParameters& beam, double decades) {
                                  .mass = segment.mass_per_length * h * std::pow(10.0, exponent(generator))});
   }
 }
-
-/// Takes samples of all in turn, so that they meet the same state of the machine.
-void sample(MPI_Comm comm, const std::vector<Timed*>& all, PetscInt repeats) {
-  constexpr double kShortest = 2e-5;  // of a sample: well above the clock's and the barrier's
-  for (Timed* timed : all) {
-    const double begin = MPI_Wtime();
-    timed->body();
-    double once = MPI_Wtime() - begin;
-    MPI_Allreduce(MPI_IN_PLACE, &once, 1, MPI_DOUBLE, MPI_MAX, comm);
-    timed->calls = static_cast<int>(std::clamp(kShortest / once, 1.0, 1e4));
-  }
-  for (PetscInt repeat = 0; repeat < repeats; ++repeat) {
-    for (Timed* timed : all) {
-      MPI_Barrier(comm);
-      const double begin = MPI_Wtime();
-      for (int call = 0; call < timed->calls; ++call) {
-        timed->body();
-      }
-      double seconds = (MPI_Wtime() - begin) / timed->calls;
-      MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, comm);
-      timed->best = std::min(timed->best, seconds);
-    }
-  }
-}
-
-/// a = b + s c over vectors of the given length on every rank: 24 bytes a number (reading a before it is overwritten is
-/// not counted, as in STREAM).
-struct Triad {
-  Numbers a, b, c;
-  Timed timed;
-
-  explicit Triad(std::size_t length) : a(length), b(length, 1.0), c(length, 2.0) {
-    timed.body = [this] {
-      const double s = a[0];
-      for (std::size_t i = 0; i < a.size(); ++i) {
-        a[i] = b[i] + s * c[i];
-      }
-    };
-  }
-  [[nodiscard]] double bandwidth(MPI_Comm comm) const {
-    double bytes = 24.0 * static_cast<double>(a.size());
-    MPI_Allreduce(MPI_IN_PLACE, &bytes, 1, MPI_DOUBLE, MPI_SUM, comm);
-    return bytes / timed.best;
-  }
-};
 
 /// The line solve, as the program calls it and through PETSc, against the memory and against PETSc's direct solvers.
 void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParameters& filter, PetscInt repeats,
@@ -235,18 +190,18 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   const auto per_node = [nodes](double seconds) { return seconds * 1e9 / nodes; };
   const auto put = [&](const std::string& name, const Timed& timed, const chain::Column& kind) {
     const double bytes = total(line->chain()->bytes_per_solve(kind));
-    result[name + "nanoseconds_per_node"] = per_node(timed.best);
+    result[name + "nanoseconds_per_node"] = per_node(timed.best());
     result[name + "bytes_per_node"] = bytes / nodes;
-    result[name + "ratio_to_stream"] = timed.best / (bytes / bandwidth);
+    result[name + "ratio_to_stream"] = timed.best() / (bytes / bandwidth);
   };
   put("", one, batch[0]);
   result["triad_bandwidth"] = bandwidth;
-  result["triad_nanoseconds_per_node"] = per_node(triad.timed.best);
+  result["triad_nanoseconds_per_node"] = per_node(triad.timed.best());
   const double number = 0.0;
   put("loaded_", loaded, {.displacement = &number, .force = &number});
   put("pc_apply_", apply, {.right_hand_side = &number});
-  result["ksp_solve_nanoseconds_per_node"] = per_node(ksp.best);
-  result["batch_of_4_over_single"] = four.best / (4.0 * one.best);
+  result["ksp_solve_nanoseconds_per_node"] = per_node(ksp.best());
+  result["batch_of_4_over_single"] = four.best() / (4.0 * one.best());
   result["setup_nanoseconds_per_node"] = per_node(set_up);
   const ChainSolver::Report& report = line->chain()->report();
   result["factor_bytes_per_node"] = total(static_cast<double>(report.factor_bytes)) / nodes;
@@ -276,7 +231,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
       }
     }};
     sample(comm, {&one, &alone}, repeats);
-    result["one_rank_over_these"] = alone.best / one.best;
+    result["one_rank_over_these"] = alone.best() / one.best();
   }
 
   double petsc_best = 0.0;
@@ -293,13 +248,13 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
     nlohmann::ordered_json entry;
     try {
       sample(comm, {&one, &solve_it, &ksp, &solve_ksp}, std::min<PetscInt>(repeats, 10));
-      entry = {{"nanoseconds_per_node", per_node(solve_it.best)},
-               {"over_chain", solve_it.best / one.best},
-               {"ksp_solve_over_chain", solve_ksp.best / ksp.best},
+      entry = {{"nanoseconds_per_node", per_node(solve_it.best())},
+               {"over_chain", solve_it.best() / one.best()},
+               {"ksp_solve_over_chain", solve_ksp.best() / ksp.best()},
                {"setup_nanoseconds_per_node", per_node(rival_set_up)},
                {"error", error_of(*other, 0.0)}};
       constexpr double kAccurate = 1e-11;
-      if (entry["error"] <= kAccurate && (petsc_best == 0.0 || solve_it.best * 1e9 / nodes < petsc_best)) {
+      if (entry["error"] <= kAccurate && (petsc_best == 0.0 || solve_it.best() * 1e9 / nodes < petsc_best)) {
         petsc_best = entry["nanoseconds_per_node"];
         result["petsc_best"] = petsc_best;
         result["petsc_best_name"] = form.name;
@@ -364,7 +319,7 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& 
       Timed timed{.body = [&] { line->solve(motion, {}, stretch, {}); }};
       sample(comm, {&timed}, repeats);
       UDAR_CALL(PetscPrintf(comm, "    %7.0e /%6.3g", error_of(*line, 0.0),
-                            timed.best * 1e9 / static_cast<double>(beam.nodes())));
+                            timed.best() * 1e9 / static_cast<double>(beam.nodes())));
     }
     UDAR_CALL(PetscPrintf(comm, "\n"));
   }
@@ -384,20 +339,48 @@ int run_bench(MPI_Comm comm) {
   bool given = false;
   bool quick = false;
   double decades = 0.0;
+  PetscInt largest = PetscInt{1} << 28;
+  PetscInt beams = 100;
+  PetscInt ranks_per_beam = 1;
   std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
   {
     petsc::OptionGroup group{comm, "Benchmark (of the beam and filter below; -filter_frequency is 50 unless given)"};
-    group.choice<Kind>("-bench_kind", kind, kKinds,
-                       "solve: time of a line solve against memory and PETSc, as JSON, of -beam_elements; accuracy: "
-                       "table of error and time by form and size; integrators: tables of error and work of -ts_type "
-                       "chebyshev, impact, rk and a leapfrog on the steel beam of example 01");
+    group.choice<Kind>(
+        "-bench_kind", kind, kKinds,
+        "solve: time of a line solve against memory and PETSc, as JSON, of -beam_elements; accuracy: "
+        "table of error and time by form and size; integrators: tables of error and work of -ts_type "
+        "chebyshev, impact, rk and a leapfrog on the steel beam of example 01; machine: what the ranks can do "
+        "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON");
     group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
-    group.integer("-bench_repeats", repeats, petsc::at_least(1), "samples of each time; the best counts");
+    group.integer("-bench_repeats", repeats, petsc::at_least(1),
+                  "samples of each time; the best counts, of the machine the median");
     group.boolean("-bench_given", given, "accuracy of the solver that the options name only (-filter_ksp_*, ...)");
     group.real("-bench_mass_decades", decades, "-", petsc::non_negative(),
                "> 0: every node of a beam of one segment gets a point mass, spread over so many decades");
+    group.integer("-bench_largest", largest, petsc::between(32768, 1e12),
+                  "machine: largest footprint of the triad [bytes per rank]");
+    group.integer("-bench_beams", beams, petsc::between(1, 1e8),
+                  "batch: beams; the initial height rises by a tenth from the first to the last");
+    group.integer("-bench_group", ranks_per_beam, petsc::at_least(1),
+                  "batch: ranks that share a beam, a divisor of all");
     group.choices<Rival>("-bench_petsc", rivals, kRivals, "PETSc's solvers that -bench_kind solve compares with");
+  }
+  if (kind == Kind::machine && !petsc::Session::help_requested()) {
+    if (frequency_given == PETSC_FALSE) {
+      UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+    }
+    bench::machine(comm, static_cast<std::size_t>(largest), repeats);
+    petsc::check_unknown_options(comm);
+    return 0;
+  }
+  if (kind == Kind::batch) {
+    const app::Case input = app::read_case(comm);
+    if (!petsc::Session::help_requested()) {
+      petsc::check_unknown_options(comm);
+      bench::batch(comm, input, beams, ranks_per_beam);
+    }
+    return 0;
   }
   Formulation formulation = Formulation::mixed;
   BeamParameters beam = app::read_beam(comm, formulation);

@@ -87,11 +87,78 @@ class Accuracy(unittest.TestCase):
         self.assertGreater(errors["mixed, AIJ LU (pointwise)"][1], 1e-9)
 
 
+class Machine(unittest.TestCase):
+    def check(self, ranks):
+        result = bench("-bench_kind", "machine", "-bench_largest", "1000000", "-bench_repeats", "3", ranks=ranks)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        found = json.loads(result.stdout)
+        self.assertEqual((found["hosts"], found["ranks"], found["ranks_per_host"]), (1, ranks, ranks))
+        self.assertLessEqual(found["cores_per_host"], os.cpu_count())
+        turns = -(-ranks // found["cores_per_host"])
+        sizes = [32768 << i for i in range(5) if 32768 << i <= 1000000 // turns]
+        self.assertEqual([row["bytes_per_rank"] for row in found["triad"]], sizes)
+        for row in found["triad"]:
+            self.assertLessEqual(row["low"], row["bandwidth"])
+            self.assertLessEqual(row["bandwidth"], row["high"])
+        self.assertGreater(found["triad"][-1]["bandwidth"], 1e8)
+        self.assertGreater(found["flops_per_rank"], 1e7)
+        return found
+
+    def test_one_rank_has_no_neighbours(self):
+        found = self.check(1)
+        for key in ("message", "exchange_seconds", "gather_seconds", "reduction_seconds"):
+            self.assertIsNone(found[key], key)
+
+    def test_three_ranks(self):
+        found = self.check(3)
+        self.assertGreater(found["message"]["bandwidth"], 1e6)
+        for times in (found["message"]["latency"], found["exchange_seconds"], found["gather_seconds"],
+                      found["reduction_seconds"]["sweep"], found["reduction_seconds"]["step"]):
+            self.assertGreater(times["low"], 1e-9)
+            self.assertLessEqual(times["low"], times["median"])
+            self.assertLessEqual(times["median"], times["high"])
+
+
+class Batch(unittest.TestCase):
+    CASE = ("-bench_kind", "batch", "-beam_length", "10", "-beam_elements", "20", "-beam_radius", "0.1",
+            "-beam_young_modulus", "2.1e11", "-beam_density", "7850", "-initial_height", "1", "-support_position",
+            "2,8", "-filter_frequency", "100", "-ts_max_time", "0.5")
+
+    def run_batch(self, ranks, *arguments):
+        result = bench(*self.CASE, *arguments, ranks=ranks)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return json.loads(result.stdout)
+
+    def test_groups_do_the_same_work(self):
+        alone = self.run_batch(1, "-bench_beams", "7")
+        for ranks, group in ((2, 1), (2, 2)):
+            with self.subTest(ranks=ranks, group=group):
+                found = self.run_batch(ranks, "-bench_beams", "7", "-bench_group", str(group))
+                self.assertEqual((found["groups"], found["ranks_per_group"]), (ranks // group, group))
+                for key in ("elements", "beams", "impacts"):
+                    self.assertEqual(found[key], alone[key], key)
+                self.assertAlmostEqual(found["line_solves"] / alone["line_solves"], 1.0, delta=0.02)
+                times = found["seconds_per_beam"]
+                self.assertGreater(times["low"], 0.0)
+                self.assertLessEqual(times["median"], times["high"])
+                self.assertLessEqual(times["high"], found["seconds"])
+                self.assertAlmostEqual(found["beams_per_second"] * found["seconds"], 7.0, delta=1e-6)
+        self.assertGreater(alone["impacts"], 0)
+
+    def test_group_that_does_not_divide(self):
+        for ranks, group in ((1, "2"), (1, "0")):
+            result = bench(*self.CASE, "-bench_group", group, ranks=ranks)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("-bench_group", result.stderr)
+
+
 class Refused(unittest.TestCase):
     def test_bad_values(self):
         for arguments, words in (
             (["-bench_petsc", "lapack"], ["-bench_petsc", "lapack", "block-lu"]),
             (["-bench_repeats", "0"], ["-bench_repeats", "0", ">= 1"]),
+            (["-bench_kind", "machine", "-bench_largest", "100"], ["-bench_largest", "100", "32768"]),
+            (["-bench_kind", "batch", "-bench_beams", "0"], ["-bench_beams", "0"]),
             (["-bench_mass_decades", "6", "-beam_length", "1,2"], ["-beam_length", "one segment"]),
             (["-beam_elements", "100", "-bench_repeat", "3"], ["-bench_repeat", "-bench_repeats"]),
         ):

@@ -20,9 +20,9 @@ GRAVITY = 9.81
 LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
 
 SUMMARY_KEYS = """
-    elements ranks steps rejected_steps rhs_evaluations line_solves impacts rests releases first_contact_time
+    elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves impacts rests releases first_contact_time
     last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse energy_drift wall_seconds
-    peak_memory_bytes versions""".split()
+    wall_seconds_mean own_seconds communication peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift"
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
 REST_COLUMNS = "time,node,x,support,event"
@@ -125,6 +125,19 @@ class Example(UdarTest):
         self.assertLess(self.summary["integrator_counts"]["steps_to_events"], self.summary["steps"] + 1)
         self.assertGreater(self.summary["peak_memory_bytes"], 1e6)
         self.assertLess(self.summary["peak_memory_bytes"], 1e9)
+        self.assertGreater(self.summary["stepping_line_solves"], 0)
+        self.assertLess(self.summary["stepping_line_solves"], self.summary["line_solves"])  # modes were found before
+        seconds, own = self.summary["wall_seconds"], self.summary["own_seconds"]
+        self.assertAlmostEqual(seconds["set_up"] + seconds["stepping"], seconds["total"], delta=1e-9)
+        self.assertAlmostEqual(sum(own.values()), seconds["stepping"], delta=1e-9)
+        self.assertGreater(min(own.values()), -1e-9)
+        self.assertEqual(self.summary["wall_seconds_mean"], seconds)  # one rank
+        self.assertGreaterEqual(seconds["contact"], own["contact"])
+        told = self.summary["communication"]
+        self.assertEqual(told["stepping"]["messages"], 0)  # one rank
+        self.assertEqual((told["line_solve"]["reductions"], told["reduction"]["reductions"]), (0, 0))
+        memory = self.summary["memory_per_rank"]
+        self.assertEqual({memory["largest"], memory["smallest"]}, {self.summary["peak_memory_bytes"]})
         text = self.finished.file("summary.json").read_text()
         self.assertNotIn("NaN", text)
         self.assertNotIn("Infinity", text)

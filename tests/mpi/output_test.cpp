@@ -698,7 +698,12 @@ TEST(Summary, IsReadBackAsItWas) {
   summary.gauge_position = {0.33};
   summary.gauge_node_position = {0.35};
   summary.wall_seconds = {{"setup", 0.5}, {"solve", 2.0}};
+  summary.wall_seconds_mean = {{"setup", 0.4}, {"solve", 1.5}};
+  summary.own_seconds = {{"other", 0.25}};
+  summary.communication = {{"stepping", {.messages = 12.0, .message_bytes = 384.0, .reductions = 7.0}}};
   summary.peak_memory_bytes = std::uint64_t{1} << 40;
+  summary.largest_memory_bytes = 200;
+  summary.smallest_memory_bytes = 100;
   summary.versions = library_versions();
   write_summary(PETSC_COMM_WORLD, folder / "summary.json", summary);
   if (world_rank() == 0) {
@@ -714,7 +719,13 @@ TEST(Summary, IsReadBackAsItWas) {
     EXPECT_EQ(json.at("support_impulse"), (std::vector<double>{1.5, 0.0}));
     EXPECT_EQ(json.at("gauge_node_position"), (std::vector<double>{0.35}));
     EXPECT_EQ(json.at("wall_seconds").at("solve"), 2.0);
+    EXPECT_EQ(json.at("wall_seconds_mean").at("solve"), 1.5);
+    EXPECT_EQ(json.at("own_seconds").at("other"), 0.25);
+    EXPECT_EQ(json.at("communication").at("stepping").at("message_bytes"), 384.0);
+    EXPECT_EQ(json.at("communication").at("stepping").at("reductions"), 7.0);
     EXPECT_EQ(json.at("peak_memory_bytes"), std::uint64_t{1} << 40);
+    EXPECT_EQ(json.at("memory_per_rank").at("largest"), 200);
+    EXPECT_EQ(json.at("memory_per_rank").at("smallest"), 100);
     EXPECT_EQ(json.at("versions").at("hdf5"), summary.versions.at("hdf5"));
     EXPECT_FALSE(fs::exists(folder / "summary.json.tmp"));
   }

@@ -13,6 +13,13 @@
 
 namespace udar::io {
 
+/// @brief What one rank tells others in one stage of the run.
+struct CommunicationCounts {
+  double messages = 0.0;       ///< between two ranks: half of those sent and received
+  double message_bytes = 0.0;  ///< of these
+  double reductions = 0.0;     ///< collective calls
+};
+
 /// @brief The content of summary.json; the keys are the names here. An empty optional is written as null.
 struct Summary {
   bool completed = false;  ///< reached its end time
@@ -26,21 +33,27 @@ struct Summary {
   PetscInt repeated_steps = 0;                        ///< taken again to end at an impact
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
+  PetscInt stepping_line_solves = 0;  ///< of these, those of the stepping
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;
-  std::optional<double> first_contact_time;     ///< [s]; empty without contact
-  std::optional<double> last_contact_time;      ///< [s]
-  std::optional<double> min_line_gap;           ///< smallest distance of the line from a support [m]; empty without any
-  std::optional<double> min_line_gap_x;         ///< where [m]
-  std::optional<double> min_line_gap_time;      ///< when [s]
-  std::vector<double> support_impulse;          ///< sum over the impacts on each support [N s]
-  double energy_drift = 0.0;                    ///< at the end, relative
-  std::vector<double> gauge_position;           ///< asked for [m]
-  std::vector<double> gauge_node_position;      ///< of the node it became [m]
-  std::map<std::string, double> wall_seconds;   ///< by stage of the run
-  std::uint64_t peak_memory_bytes = 0;          ///< largest resident size, summed over the ranks
-  std::map<std::string, std::string> versions;  ///< as of `library_versions`
+  std::optional<double> first_contact_time;    ///< [s]; empty without contact
+  std::optional<double> last_contact_time;     ///< [s]
+  std::optional<double> min_line_gap;          ///< smallest distance of the line from a support [m]; empty without any
+  std::optional<double> min_line_gap_x;        ///< where [m]
+  std::optional<double> min_line_gap_time;     ///< when [s]
+  std::vector<double> support_impulse;         ///< sum over the impacts on each support [N s]
+  double energy_drift = 0.0;                   ///< at the end, relative
+  std::vector<double> gauge_position;          ///< asked for [m]
+  std::vector<double> gauge_node_position;     ///< of the node it became [m]
+  std::map<std::string, double> wall_seconds;  ///< by stage of the run, largest over the ranks
+  std::map<std::string, double> wall_seconds_mean;  ///< mean over the ranks
+  std::map<std::string, double> own_seconds;        ///< of the stepping, without stages inside; mean over the ranks
+  std::map<std::string, CommunicationCounts> communication;  ///< by stage, largest over the ranks
+  std::uint64_t peak_memory_bytes = 0;                       ///< largest resident size, summed over the ranks
+  std::uint64_t largest_memory_bytes = 0;                    ///< of any rank
+  std::uint64_t smallest_memory_bytes = 0;                   ///< of any rank
+  std::map<std::string, std::string> versions;               ///< as of `library_versions`
 };
 
 /// @brief Writes `summary` as JSON. The file appears whole or not at all.

@@ -61,12 +61,30 @@ class LogScope {
 
  private:
   PetscLogEvent event_;
+  LogScope* around_ = nullptr;
+  PetscLogDouble begin_ = 0.0;
+  PetscLogDouble inside_ = 0.0;  ///< seconds in scopes within this one
 };
 
-/// @brief Inclusive seconds and calls of an event on this rank so far, over all stages.
+/// @brief What this rank has told others, as PETSc's log counts it.
+///
+/// Calls of MPI in code that includes petsclog.h are counted: `MPI_Send`, `MPI_Isend` and their counterparts,
+/// persistent requests of PETSc; reductions, gathers, scatters and broadcasts. Not counted are `MPI_Sendrecv`,
+/// `MPI_Reduce`, `MPI_Iallreduce`, `MPI_Barrier` and what HDF5 does inside.
+struct Traffic {
+  double messages = 0.0;       ///< half of those sent and received, as `-log_view` counts
+  double message_bytes = 0.0;  ///< of these
+  double reductions = 0.0;     ///< collective calls; on one rank `MPI_Gather` alone counts
+};
+/// @brief Everything since the start of the program.
+[[nodiscard]] Traffic traffic();
+
+/// @brief What an event came to on this rank so far, over all stages of the log.
 struct EventTotals {
-  double seconds = 0.0;
+  double seconds = 0.0;  ///< inclusive
+  double own = 0.0;      ///< seconds without those of the events of `LogEvents` inside
   PetscInt calls = 0;
+  Traffic traffic{};
 };
 [[nodiscard]] EventTotals event_totals(PetscLogEvent event);
 

@@ -1,0 +1,167 @@
+#!/usr/bin/python3
+"""The scaling driver of examples/scaling measures, counts, compares and reports."""
+
+import copy
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from common import ENVIRONMENT, ROOT, UDAR, read_csv
+
+FOLDER = ROOT / "examples" / "scaling"
+RANKS = [1, 2, 3, 4]
+PICTURES = """time-per-step solves-per-second bytes-per-element strong-efficiency weak-efficiency share-of-step
+    extrapolation""".split()
+sys.path.insert(0, str(FOLDER))
+
+import measure  # noqa: E402
+import model  # noqa: E402
+
+
+def scaling(*arguments):
+    line = [sys.executable, str(FOLDER / "scaling.py"), *(str(argument) for argument in arguments)]
+    return subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, timeout=300, check=False)
+
+
+class Quick(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.scratch = pathlib.Path(tempfile.mkdtemp(prefix="udar-test-"))
+        cls.addClassCleanup(shutil.rmtree, cls.scratch, ignore_errors=True)
+        cls.out = cls.scratch / "out"
+        launcher = os.environ.get("MPIEXEC", "mpiexec") + " -n {ranks}"
+        found = scaling("run", "--quick", "--udar", UDAR, "--bench", pathlib.Path(UDAR).with_name("udar-bench"),
+                        "--launcher", launcher, "--name", "here", "--output", cls.out)
+        if found.returncode != 0:
+            raise RuntimeError(found.stdout + found.stderr)
+        cls.text = found.stdout
+        cls.result = json.loads((cls.out / "result.json").read_text())
+
+    def series(self, name):
+        return sorted((p for p in self.result["points"] if p["series"] == name), key=lambda p: (p["ranks"], p["elements"]))
+
+    def test_files(self):
+        for name in PICTURES:
+            self.assertGreater((self.out / f"{name}.png").stat().st_size, 5000, name)
+            self.assertIn("</svg>", (self.out / f"{name}.svg").read_text()[-100:], name)
+        self.assertEqual([path for path in self.out.iterdir() if path.is_dir()], [])  # nothing of the runs is left
+
+    def test_rows(self):
+        table = read_csv(self.out / "table.csv")
+        expected = ["growth"] * 3 + ["strong"] * 4 + ["weak"] * 4 + ["alone"] * 3
+        self.assertEqual(list(table["series"]), expected)
+        self.assertEqual([int(r) for r, s in zip(table["ranks"], table["series"]) if s == "weak"], RANKS)
+        for name in ("step_s", "bound_s", "model_s", "solves_per_s", "bytes_per_element"):
+            self.assertGreater(min(table[name]), 0.0, name)
+        self.assertEqual((self.out / "table.txt").read_text().splitlines()[0], self.text.split("\nhere: ")[1].join(
+            ["here: ", ""]).splitlines()[0])
+        self.assertEqual([batch["ranks"] for batch in self.result["batch"]], RANKS)
+        self.assertEqual(sorted(self.result["machine"]), [str(rank) for rank in RANKS])
+
+    def test_messages_and_reductions_stay_constant(self):
+        weak = self.series("weak")
+        self.assertEqual({p["counts"]["steps"] for p in weak}, {weak[0]["counts"]["steps"]})
+        self.assertEqual(weak[0]["per_step"]["stepping"]["messages"], 0)
+        told = [p["per_step"]["stepping"] for p in weak]
+        self.assertEqual(told[2]["messages"], told[3]["messages"])  # two neighbours
+        self.assertAlmostEqual(2.0 * told[1]["messages"] / told[2]["messages"], 1.0, delta=0.02)  # one neighbour
+        for name, constant in (("reductions", told[1]["reductions"]), ("message_bytes", told[3]["message_bytes"])):
+            self.assertAlmostEqual(told[2][name] / constant, 1.0, delta=0.1)
+        self.assertAlmostEqual(told[2]["reductions"], told[3]["reductions"], delta=0.05 * told[3]["reductions"])
+
+    def test_the_model_counts_what_petsc_counts(self):
+        for point in self.series("weak")[1:] + self.series("strong")[1:]:
+            told, counted = model.communication(point), point["per_step"]["stepping"]
+            steps = point["counts"]["steps"]
+            place = f"{point['series']} on {point['ranks']}"
+            self.assertAlmostEqual(told["messages"] / steps / counted["messages"], 1.0, delta=0.05, msg=place)
+            self.assertAlmostEqual((told["reductions"] + told["gathers"]) / steps / counted["reductions"], 1.0, delta=0.1,
+                                   msg=place)
+
+    def test_results_do_not_depend_on_ranks(self):
+        compared = [p for p in self.result["points"] if p["equal"] is not None]
+        self.assertEqual(len(compared), 6)
+        for point in compared:
+            self.assertLess(point["difference"], measure.AGREEMENT)
+            self.assertTrue(point["equal"])
+        weak, strong = self.series("weak"), self.series("strong")
+        self.assertEqual([p["counts"]["impacts"] for p in weak], [140, 280, 420, 560])
+        self.assertEqual({p["counts"]["impacts"] for p in strong}, {4001})
+
+    def test_stages_add_up(self):
+        for point in self.result["points"]:
+            own = sum(value["median"] for value in point["own_seconds"].values())
+            self.assertLess(own, 1.01 * point["seconds"]["stepping"]["median"])
+            self.assertGreater(own, 0.9 * point["seconds"]["stepping"]["median"])
+            self.assertGreaterEqual(point["imbalance"]["local_motion"], 1.0)
+
+    def test_a_wrong_result_is_loud(self):
+        wrong = copy.deepcopy(self.result)
+        point = next(p for p in wrong["points"] if p["series"] == "weak" and p["ranks"] == 3)
+        point["equal"], point["difference"] = False, 1e-3
+        path = self.scratch / "wrong.json"
+        path.write_text(json.dumps(wrong))
+        found = scaling("table", path, "--output", self.scratch / "wrong")
+        self.assertEqual(found.returncode, 2, found.stderr)
+        self.assertIn("WRONG", found.stdout)
+        self.assertIn("weak, 3000 elements on 3 ranks", found.stderr)
+
+    def test_collect(self):
+        other = copy.deepcopy(self.result)
+        other["name"] = "there"
+        path = self.scratch / "there.json"
+        path.write_text(json.dumps(other))
+        folder = self.scratch / "all"
+        found = scaling("collect", self.out, path, "--output", folder)
+        self.assertEqual(found.returncode, 0, found.stderr)
+        table = read_csv(folder / "table.csv")
+        self.assertEqual(set(table["machine"]), {"here", "there"})
+        self.assertEqual(len(table["machine"]), 2 * len(self.result["points"]))
+        for name in ("machines-weak", "machines-strong", "machines-time-per-step", "there-weak-efficiency"):
+            self.assertTrue((folder / f"{name}.png").is_file(), name)
+        self.assertEqual(len(json.loads((folder / "results.json").read_text())), 2)
+
+
+class Parts(unittest.TestCase):
+    def test_differences_are_found(self):
+        one = {"end_time": 1.0, "impacts": 3, "energy": {"total": 100.0}, "support_impulse": [5.0, 1.0]}
+        same = copy.deepcopy(one)
+        self.assertEqual(measure.difference(one, same), 0.0)
+        same["support_impulse"][1] += 1e-6
+        self.assertAlmostEqual(measure.difference(one, same), 2e-7, delta=1e-12)
+        same["impacts"] = 4
+        self.assertEqual(measure.difference(one, same), float("inf"))
+
+    def test_constants_are_fitted_and_not_negative(self):
+        columns = [[1.0, 10.0, 3.0], [1.0, 100.0, 1.0], [1.0, 1000.0, 2.0], [1.0, 5000.0, 2.0]]
+        values = [2.0 * a + 0.5 * b for a, b, _ in columns]
+        found = model.non_negative(columns, values)
+        for constant, expected in zip(found, (2.0, 0.5, 0.0)):
+            self.assertAlmostEqual(constant, expected, delta=1e-9)
+        falling = model.non_negative([[1.0, 1.0], [1.0, 2.0], [1.0, 3.0]], [3.0, 2.0, 1.0])
+        self.assertGreaterEqual(min(falling), 0.0)
+
+    def test_spread(self):
+        self.assertEqual(measure.spread([3.0, 1.0, 2.0]), {"median": 2.0, "low": 1.0, "high": 3.0})
+        self.assertEqual(measure.middle([{"a": [1.0]}, {"a": [3.0]}, {"a": [2.0]}]), {"a": [2.0]})
+
+    def test_refused(self):
+        found = scaling("run", "--ranks", "0")
+        self.assertEqual(found.returncode, 2)
+        self.assertIn("at least 1", found.stderr)
+        found = scaling("run", "--quick", "--udar", "/nowhere/udar", "--output", tempfile.gettempdir())
+        self.assertEqual(found.returncode, 1)
+        self.assertIn("no program /nowhere/udar", found.stderr)
+        found = scaling("table", "/nowhere/result.json")
+        self.assertEqual(found.returncode, 1)
+        self.assertIn("/nowhere/result.json", found.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
