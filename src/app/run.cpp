@@ -198,6 +198,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   UDAR_CALL(TSGetType(dynamics.stepper(), &type));
   summary.integrator = type;
   summary.integrator_counts = dynamics.tally();
+  summary.streamed_bytes = dynamics.streamed_bytes();  // of this rank
   summary.steps = counts.steps;
   summary.rejected_steps = counts.rejected_steps;
   summary.repeated_steps = counts.repeated_steps;

@@ -68,7 +68,7 @@ void add_costs(MPI_Comm comm, const CostMark& begin, const CostMark& stepping, c
   const double memory = peak_memory();
 
   std::vector<double> largest{memory, -memory};
-  std::vector<double> sums{memory};
+  std::vector<double> sums{memory, summary.streamed_bytes};
   for (const auto& [stage, value] : seconds) {
     largest.push_back(value);
     sums.push_back(value);
@@ -86,7 +86,8 @@ void add_costs(MPI_Comm comm, const CostMark& begin, const CostMark& stepping, c
   summary.smallest_memory_bytes = static_cast<std::uint64_t>(-largest[1]);
   summary.peak_memory_bytes = static_cast<std::uint64_t>(sums[0]);
   auto most = largest.begin() + 2;
-  auto sum = sums.begin() + 1;
+  summary.streamed_bytes = sums[1];
+  auto sum = sums.begin() + 2;
   const double ranks = summary.ranks;
   for (const auto& [stage, value] : seconds) {
     summary.wall_seconds[stage] = *most++;

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #ifdef __clang__
 #define UDAR_INDEPENDENT
@@ -203,6 +204,35 @@ template <std::size_t Terms>
     }
   }
 }
+
+template <std::size_t Terms>
+[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side,
+                                                  const Square& all) {
+  double bernstein[Terms][Terms];
+  const double* __restrict line[Terms];
+  for (std::size_t j = 0; j < Terms; ++j) {
+    line[j] = rows.line[j];
+    for (std::size_t k = 0; k < Terms; ++k) {
+      bernstein[j][k] = side * all[j][k];
+    }
+  }
+  const double* __restrict positions = rows.position;
+  double lowest = std::numeric_limits<double>::max();
+  UDAR_INDEPENDENT
+  for (std::size_t i = 0; i < count; ++i) {
+    const double position = side * positions[i];
+#pragma GCC unroll 8
+    for (std::size_t b = 0; b < Terms; ++b) {
+      double value = position;
+#pragma GCC unroll 8
+      for (std::size_t j = 0; j < Terms; ++j) {
+        value += bernstein[b][j] * line[j][i];
+      }
+      lowest = std::min(lowest, value);
+    }
+  }
+  return lowest;
+}
 // NOLINTEND(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
 
 }  // namespace
@@ -286,6 +316,20 @@ void mark_near(const Nearness& of, std::size_t count, const double* position, co
     const double gap = side * (position[i] + bound[i] - height);
     const bool reached = gap <= together + kPerMetre * std::abs(position[i]);
     near[i] = static_cast<std::uint8_t>(static_cast<int>(reached) | static_cast<int>(resting[i] != 0));
+  }
+}
+
+UDAR_CLONES
+double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side, const Square& bernstein) {
+  switch (terms) {
+    case 2:
+      return lowest_block<2>(rows, count, side, bernstein);
+    case 3:
+      return lowest_block<3>(rows, count, side, bernstein);
+    case 4:
+      return lowest_block<4>(rows, count, side, bernstein);
+    default:
+      return lowest_block<5>(rows, count, side, bernstein);
   }
 }
 

@@ -94,6 +94,17 @@ Square sweep_gain(const Square& line, std::size_t terms) {
   return gain;
 }
 
+/// Bernstein coefficient `i` of a power series on [0, 1] up to `degree`.
+double bernstein(const double* series, std::size_t degree, std::size_t i) {
+  double sum = 0.0;
+  double share = 1.0;  // binomial(i, k) / binomial(degree, k)
+  for (std::size_t k = 0; k <= i; ++k) {
+    sum += share * series[k];
+    share *= k < degree ? static_cast<double>(i - k) / static_cast<double>(degree - k) : 0.0;
+  }
+  return sum;
+}
+
 /// Bernstein coefficients and what is beyond, of the power series of a mass on the line's motion P [m].
 void bound_series(double angle, const std::array<double, kMostTerms>& line, double velocity,
                   std::array<double, kBounds>& bounds, double& rest) {
@@ -107,13 +118,8 @@ void bound_series(double angle, const std::array<double, kMostTerms>& line, doub
   for (std::size_t k = kBounds; k < series.size(); ++k) {
     rest += std::abs(series[k]);
   }
-  constexpr std::size_t kDegree = kBounds - 1;
   for (std::size_t i = 0; i < kBounds; ++i) {
-    double share = 1.0;  // binomial(i, k) / binomial(degree, k)
-    for (std::size_t k = 0; k <= i; ++k) {
-      bounds[i] += share * series[k];
-      share *= static_cast<double>(i - k) / static_cast<double>(kDegree - k);
-    }
+    bounds[i] = bernstein(series.data(), kBounds - 1, i);
   }
 }
 
@@ -366,6 +372,11 @@ class Impact final : public ProblemStepper {
     end_.position.resize(count_);
     end_.velocity.resize(count_);
     free_.fill(1.0);
+    for (std::size_t j = 0; j < terms_; ++j) {
+      for (std::size_t i = 0; i < terms_; ++i) {
+        line_bernstein_[i][j] = bernstein(local::kLegendre[j].data(), terms_ - 1, i);
+      }
+    }
     kink_share_.assign(contact_->runs().empty() ? 0 : count_, 0.0F);
     for (std::size_t from = 0; from < count_; from += kBlock) {
       first_run_.push_back(block_runs_.size());
@@ -890,20 +901,32 @@ class Impact final : public ProblemStepper {
   /// Offers the smallest distance of the line from the supports in this step.
   void track_line() {
     for (const ContactRun& run : contact_->runs()) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        double low = run.side * (start_[node] + line_[0][node] - run.height);
-        for (std::size_t j = 1; j < terms_; ++j) {
-          low -= std::abs(line_[j][node]);
+      block_low_.clear();
+      for (std::size_t first = run.first; first < run.last; first += kBlock) {
+        const std::size_t count = std::min(kBlock, run.last - first);
+        block_low_.push_back(lowest_line(terms_, rows_from(first), count, run.side, line_bernstein_) -
+                             run.side * run.height);
+      }
+      // The lowest blocks first: after one or two no other can be lower.
+      for (;;) {
+        const auto lowest = std::ranges::min_element(block_low_);
+        if (!contact_->smallest(*lowest)) {
+          break;
         }
-        if (!contact_->smallest(low)) {
-          continue;
-        }
-        const auto powers = line_powers(node);
-        for (int k = 1; k <= 8; ++k) {
-          const double tau = 0.125 * k;
-          const double line = start_[node] + local::detail::value(powers.data(), terms_, tau);
-          contact_->line_at(run.side * (line - run.height), node, begin_ + tau * length_);
-        }
+        *lowest = std::numeric_limits<double>::infinity();
+        const std::size_t first = run.first + kBlock * static_cast<std::size_t>(lowest - block_low_.begin());
+        track_nodes(run, first, std::min(first + kBlock, run.last));
+      }
+    }
+  }
+
+  void track_nodes(const ContactRun& run, std::size_t first, std::size_t last) {
+    for (std::size_t node = first; node < last; ++node) {
+      const auto powers = line_powers(node);
+      for (int k = 1; k <= 8; ++k) {
+        const double tau = 0.125 * k;
+        const double line = start_[node] + local::detail::value(powers.data(), terms_, tau);
+        contact_->line_at(run.side * (line - run.height), node, begin_ + tau * length_);
       }
     }
   }
@@ -932,6 +955,8 @@ class Impact final : public ProblemStepper {
   std::array<std::size_t, local::kLanes> batch_mass_{};
   std::size_t waiting_ = 0;  // masses in the batch
   Reach reach_;
+  Square line_bernstein_{};  // [coefficient][Legendre term]
+  std::vector<double> block_low_;
   DenseMap map_;
   double kink_integral_ = 0.0;
   Tally tally_;

@@ -19,6 +19,7 @@
 #include "batch.hpp"
 #include "integrators.hpp"
 #include "machine.hpp"
+#include "output.hpp"
 #include "quad_line.hpp"
 #include "timing.hpp"
 #include "udar/app/case.hpp"
@@ -36,11 +37,12 @@ using bench::Triad;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy, integrators, machine, batch };
+enum class Kind { solve, accuracy, integrators, machine, batch, output };
 constexpr std::array kKinds{
     std::pair<const char*, Kind>{"solve", Kind::solve}, std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
     std::pair<const char*, Kind>{"integrators", Kind::integrators},
-    std::pair<const char*, Kind>{"machine", Kind::machine}, std::pair<const char*, Kind>{"batch", Kind::batch}};
+    std::pair<const char*, Kind>{"machine", Kind::machine}, std::pair<const char*, Kind>{"batch", Kind::batch},
+    std::pair<const char*, Kind>{"output", Kind::output}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
 struct Form {
@@ -341,6 +343,7 @@ int run_bench(MPI_Comm comm) {
   double decades = 0.0;
   PetscInt largest = PetscInt{1} << 28;
   PetscInt beams = 100;
+  std::string directory = ".";
   PetscInt ranks_per_beam = 1;
   std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
   {
@@ -350,7 +353,8 @@ int run_bench(MPI_Comm comm) {
         "solve: time of a line solve against memory and PETSc, as JSON, of -beam_elements; accuracy: "
         "table of error and time by form and size; integrators: tables of error and work of -ts_type "
         "chebyshev, impact, rk and a leapfrog on the steel beam of example 01; machine: what the ranks can do "
-        "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON");
+        "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON; "
+        "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
     group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
     group.integer("-bench_repeats", repeats, petsc::at_least(1),
@@ -364,6 +368,7 @@ int run_bench(MPI_Comm comm) {
                   "batch: beams; the initial height rises by a tenth from the first to the last");
     group.integer("-bench_group", ranks_per_beam, petsc::at_least(1),
                   "batch: ranks that share a beam, a divisor of all");
+    group.string("-bench_directory", directory, "output: existing folder for the two files, which are removed");
     group.choices<Rival>("-bench_petsc", rivals, kRivals, "PETSc's solvers that -bench_kind solve compares with");
   }
   if (kind == Kind::machine && !petsc::Session::help_requested()) {
@@ -390,6 +395,11 @@ int run_bench(MPI_Comm comm) {
   }
   if (beam.segments.size() > 1 && (kind != Kind::solve || decades > 0.0)) {
     throw InputError{"option -beam_length: the tables and -bench_mass_decades are for one segment"};
+  }
+  if (kind == Kind::output) {
+    petsc::check_unknown_options(comm);
+    bench::output(BeamChain{comm, beam}, directory, repeats);
+    return 0;
   }
   if (kind == Kind::solve) {
     if (decades > 0.0) {

@@ -91,4 +91,9 @@ struct Nearness {
 void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
                const std::int32_t* resting, std::uint8_t* near);
 
+/// @brief A bound from below of `side` times the line's position over the step, for all of `count` nodes [m].
+/// @param rows line (p) and position @param bernstein [coefficient][Legendre term]
+[[nodiscard]] double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side,
+                                 const Square& bernstein);
+
 }  // namespace udar

@@ -34,6 +34,7 @@ struct Summary {
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
   PetscInt stepping_line_solves = 0;  ///< of these, those of the stepping
+  double streamed_bytes = 0.0;        ///< that steps and solves had to move to and from memory, all ranks; 0: not known
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;

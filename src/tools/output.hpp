@@ -1,0 +1,113 @@
+#pragma once
+/// @file
+/// Rows of fields into results.h5 against plain writes of as many bytes.
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "timing.hpp"
+#include "udar/io/results_file.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/structure/beam_chain.hpp"
+
+namespace udar::bench {
+
+/// What `dd bs=8M` does: one process writes the same block again and again.
+class PlainFile {
+ public:
+  explicit PlainFile(std::string path)
+      : path_{std::move(path)}, descriptor_{open(path_.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644)} {}
+  PlainFile(const PlainFile&) = delete;
+  PlainFile& operator=(const PlainFile&) = delete;
+  ~PlainFile() {
+    close(descriptor_);
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+
+  void write_bytes(std::size_t bytes) {
+    while (bytes > 0) {
+      const ssize_t written = write(descriptor_, block_.data(), std::min(bytes, block_.size()));
+      if (written <= 0) {
+        throw FileError{"'" + path_ + "' cannot be written: " + std::generic_category().message(errno)};
+      }
+      bytes -= static_cast<std::size_t>(written);
+    }
+  }
+  void sync() const { fsync(descriptor_); }
+
+ private:
+  std::string path_;
+  int descriptor_;
+  std::vector<char> block_ = std::vector<char>(std::size_t{8} << 20, 'u');
+};
+
+/// Writes rows of all fields of the beam's nodes into a results.h5 in `directory`, in turn with the same bytes by rank 0
+/// alone into a plain file; prints JSON. Both files are removed.
+inline void output(const BeamChain& beam, const std::string& directory, long repeats) {
+  const MPI_Comm comm = beam.comm();
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  const std::string path = (std::filesystem::path{directory} / "udar-bench.h5").string();
+  nlohmann::ordered_json result{{"elements", beam.elements()}, {"ranks", ranks}};
+  {
+    const auto count = static_cast<std::size_t>(beam.local_nodes());
+    io::RunLayout layout;
+    layout.comm = comm;
+    layout.elements = beam.elements();
+    layout.nodes = {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
+    layout.x.resize(count);
+    const std::vector<double> field(count, 1.0);
+    const std::vector<std::uint8_t> resting(count);
+    io::ResultsFile results{layout, path};
+    std::optional<PlainFile> plain;
+    if (rank == 0) {
+      plain.emplace(path + ".plain");
+    }
+    const std::size_t bytes = static_cast<std::size_t>(beam.nodes()) * (4 * sizeof(double) + 1);
+    double time = 0.0;
+    Timed fields{.body = [&] {
+      results.append_fields({.time = time += 1.0,
+                             .mass_position = field,
+                             .mass_velocity = field,
+                             .line_position = field,
+                             .moment = field,
+                             .resting = resting,
+                             .energy = {}});
+    }};
+    Timed one{.body = [&] {
+      if (plain) {
+        plain->write_bytes(bytes);
+      }
+    }};
+    sample(comm, {&fields, &one}, repeats, 0.0);
+    result["bytes_per_row"] = bytes;
+    const auto put = [&](const char* name, const Timed& timed) {
+      result[std::string{name} + "_seconds"] = {
+          {"median", timed.median()}, {"low", timed.best()}, {"high", timed.worst()}};
+      result[std::string{name} + "_bandwidth"] = static_cast<double>(bytes) / timed.median();
+    };
+    put("fields", fields);
+    put("plain", one);
+    result["fields_over_plain"] = one.median() / fields.median();
+    results.close();
+  }
+  if (rank == 0) {
+    std::filesystem::remove(path);
+  }
+  UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));
+}
+
+}  // namespace udar::bench
