@@ -138,9 +138,13 @@ def record(point, summaries, tiny_memory):
                          for stage, value in kept["seconds"].items()}
     kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"], "line_solves": first["stepping_line_solves"],
                       "sweeps": first["integrator_counts"].get("sweeps", 0), "impacts": first["impacts"],
+                      "event_steps": first["event_steps"],
                       "rows": 1 + int(first["end_time"] / ROWS_OF_GAUGES + 1e-9)}
     kept["per_step"] = {stage: {name: value / steps for name, value in counts.items()}
                         for stage, counts in first["communication"].items()}
+    # What the steps themselves tell: output, by its own schedule, taken off.
+    kept["per_step"]["without_output"] = {
+        name: value - kept["per_step"]["output"][name] for name, value in kept["per_step"]["stepping"].items()}
     memory = spread([run["peak_memory_bytes"] for run in summaries])["median"]
     kept["bytes_per_element"] = max(0.0, memory - tiny_memory) / point["elements"]
     kept["memory_per_rank"] = first["memory_per_rank"]

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-FITTED = "every second point of the growth series and of the pipelines on one rank; output between ranks: " \
-         "strong scaling on the fewest and the most ranks; batch: one rank"
+FITTED = "every second point of the growth series and of the pipelines on one rank; output: strong scaling on the " \
+         "fewest and the most ranks, too; batch: one rank"
 STAGES = ("line_solve", "local_motion", "output", "other")
 SOLVE_BYTES = 26.0    # a node and solve (docs/theory.md, "Stretches")
 MOTION_BYTES = 184.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
@@ -19,7 +19,6 @@ WORKING_SET = 200.0   # bytes a node that a step comes back to
 CHECK_INTERVAL = 50   # solves between two checks of the residual (-filter_check_interval)
 DECAY = {"floor.yaml": 2.27, "pipeline.yaml": 6.0}  # m: (4 EI / rhoA wf^2)^(1/4)
 LENGTHS_TO_NOTHING = 39.0  # exp(-39) = 1e-17: beyond, ranks talk to neighbours alone
-EVENTS_AT_A_TIME = 65536  # impacts that rank 0 takes from all ranks together
 WIDTH = 16            # numbers that a joint shows for four columns
 
 
@@ -34,29 +33,17 @@ def neighbours_only(point):
 
 
 def communication(point):
-    """Messages and reductions of a rank with two neighbours in the whole stepping, from the algorithm."""
+    """Messages and reductions of a rank with two neighbours in the stepping, output left out, from the algorithm."""
     ranks, counts = point["ranks"], point["counts"]
     if ranks == 1:
         return {"messages": 0.0, "reductions": 0.0, "gathers": 0.0}
-    solves, checks = batches(counts)
+    checks = counts["line_solves"] // CHECK_INTERVAL  # of the residual: four norms, four meetings to make its vectors
+    solves = counts["sweeps"] + 2 + 2 * checks  # the start and the loads are solved for, too
     sides = 1.0 if ranks == 2 else 2.0
     near = neighbours_only(point)
-    exchanges = 2 * checks + counts["rows"] + 1  # residual checks; strain energy of a row
-    return {"messages": solves * (0.5 * sides + (sides if near else 0.0)) + sides * exchanges,
-            "reductions": counts["sweeps"] + counts["steps"] + event_steps(counts) + 4 * checks + 5 * counts["rows"] + 15
-            + 6 * parts_of_events(point),
+    return {"messages": solves * (0.5 * sides + (sides if near else 0.0)) + sides * 2 * checks,
+            "reductions": counts["sweeps"] + counts["steps"] + counts["event_steps"] + 8 * checks,
             "gathers": 0.0 if near else float(solves)}
-
-
-def parts_of_events(point):
-    """Parts in which impacts reach rank 0 beyond one a row: the beam on the floor lands from one end, so that those of an
-    instant are one rank's, which may give its share of a part only."""
-    return point["counts"]["impacts"] * point["ranks"] / EVENTS_AT_A_TIME if point["case"] == "floor.yaml" else 0.0
-
-
-def event_steps(counts):
-    """Steps in which something happens tell each other when: about half of all, in these cases."""
-    return 0.5 * counts["steps"]
 
 
 class Machine:
@@ -138,22 +125,15 @@ class Model:
         single = sorted((p for p in result["points"] if p["case"] == "pipeline.yaml" and p["ranks"] == 1),
                         key=lambda p: p["elements"])
         self.fitted = growth[::2] + single[::2]
-        self.constants = {}
-        for stage in STAGES:
-            values = [self.measured(point, stage) for point in self.fitted]
-            self.constants[stage] = non_negative([self.columns(point, stage) for point in self.fitted], values)
-        # One file for several ranks: impacts brought into order, and so many collective calls.
-        self.between_ranks = np.zeros(2)
         strong = sorted((p for p in result["points"] if p["series"] == "strong" and p["ranks"] > 1),
                         key=lambda p: p["ranks"])
-        shared_file = strong[:1] + strong[1:][-1:]
-        extra = [(point, self.measured(point, "output") - float(self.columns(point, "output") @ self.constants["output"]))
-                 for point in shared_file]
-        extra = [(point, seconds) for point, seconds in extra if seconds > 0.0]
-        if extra:
-            self.between_ranks = non_negative([self.file_columns(point) for point, _ in extra],
-                                              [seconds for _, seconds in extra])
-        self.fitted += shared_file
+        ends = strong[:1] + strong[1:][-1:]  # one rank cannot tell what several pay for one file
+        self.constants = {}
+        for stage in STAGES:
+            points = self.fitted + (ends if stage == "output" else [])
+            values = [self.measured(point, stage) for point in points]
+            self.constants[stage] = non_negative([self.columns(point, stage) for point in points], values)
+        self.fitted += ends
         self.batch_rate = next((b["beams_per_second"]["median"] for b in result["batch"] if b["ranks"] == 1), None)
 
     @staticmethod
@@ -162,9 +142,6 @@ class Model:
         if stage != "other":
             return own[stage]
         return sum(value for name, value in own.items() if name not in STAGES) + own["other"]
-
-    def file_columns(self, point):
-        return np.array([float(point["counts"]["impacts"]), self.machine.reduction(point["ranks"])])
 
     def columns(self, point, stage, rate=None, slow=None):
         """What a stage does on one rank, in units of its constants."""
@@ -180,7 +157,8 @@ class Model:
             return np.array([calls * slow, calls * nodes * slow, calls * nodes * MOTION_BYTES * per_byte,
                              counts["impacts"] / ranks * slow])
         if stage == "output":
-            return np.array([slow, float(point["elements"]), float(counts["impacts"])])
+            # Computing a row; bytes into one file, impacts with them; meetings of the ranks.
+            return np.array([slow, nodes * slow, float(point["elements"]), self.machine.reduction(ranks)])
         return np.array([counts["steps"] * slow, counts["steps"] * nodes * slow,
                          counts["steps"] * nodes * OTHER_BYTES * per_byte, counts["impacts"] / ranks * slow])
 
@@ -196,7 +174,6 @@ class Model:
                                    + (told["reductions"] - point["counts"]["sweeps"]) * step)
             joint = block["exchange_seconds"]["median"] if told["gathers"] == 0.0 else block["gather_seconds"]["median"]
             found["joints"] = solves * (block["message"]["latency"]["median"] + joint)
-            found["output"] += float(self.file_columns(point) @ self.between_ranks)
         return found
 
     def seconds(self, point):

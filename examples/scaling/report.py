@@ -36,9 +36,9 @@ def rows(result, model):
                "fitted": model.is_fitted(point),
                "solves_per_s": counts["line_solves"] / point["seconds"]["stepping"]["median"],
                "efficiency": efficiency(result, point), "bytes_per_element": point["bytes_per_element"],
-               "messages_per_step": point["per_step"]["stepping"]["messages"],
-               "message_bytes_per_step": point["per_step"]["stepping"]["message_bytes"],
-               "reductions_per_step": point["per_step"]["stepping"]["reductions"],
+               "messages_per_step": point["per_step"]["without_output"]["messages"],
+               "message_bytes_per_step": point["per_step"]["without_output"]["message_bytes"],
+               "reductions_per_step": point["per_step"]["without_output"]["reductions"],
                "model_messages_per_step": told["messages"] / steps,
                "model_reductions_per_step": (told["reductions"] + told["gathers"]) / steps,
                "imbalance": point["imbalance"]["local_motion"], "difference": point["difference"],
@@ -120,10 +120,9 @@ def model_text(result):
     lines = [f"fitted: {cost.FITTED}", "", "constants >= 0 of the kernels, in seconds:"]
     names = {"line_solve": "a call, a node and solve, the bandwidth's share",
              "local_motion": "a call, a node and call, the bandwidth's share, an impact",
-             "output": "once, an element, an impact", "other": "a step, a node and step, the bandwidth's share, an impact"}
+             "output": "once, a node, an element of the file, a reduction's time", "other": "a step, a node and step, the bandwidth's share, an impact"}
     for stage, values in model.constants.items():
         lines.append(f"  {stage:13} {', '.join(f'{value:.3g}' for value in values):45} ({names[stage]})")
-    lines.append(f"  between ranks {model.between_ranks[0]:.3g}, {model.between_ranks[1]:.3g} (output: an impact, collective calls)")
     lines += ["", f"{'series':7} {'elements':>10} {'ranks':>5} {'measured':>10} {'predicted':>10} {'error':>7}"]
     for row in errors:
         lines.append(f"{row['series']:7} {row['elements']:>10} {row['ranks']:>5} {row['measured']:>10.4g} "

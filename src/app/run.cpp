@@ -153,11 +153,13 @@ class CheckpointWriter final : public Observer {
   void finish() override { write(); }
 
   void write() const {
-    const MotionState state = dynamics_->save();
+    MotionState state = dynamics_->save();
     io::Checkpoint checkpoint;
-    checkpoint.node_fields.assign(state.fields.begin(), state.fields.end());
-    checkpoint.scalars = state.scalars;
-    checkpoint.tables = state.tables;
+    for (auto& [name, values] : state.fields) {
+      checkpoint.node_fields.emplace_back(name, std::move(values));
+    }
+    checkpoint.scalars = std::move(state.scalars);
+    checkpoint.tables = std::move(state.tables);
     checkpoint.case_fingerprint = fingerprint_;
     io::write_checkpoint(beam_->comm(), node_range(*beam_), path_, checkpoint);
   }
@@ -172,15 +174,17 @@ class CheckpointWriter final : public Observer {
 };
 
 void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
-  const io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
+  io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
   if (checkpoint.case_fingerprint != fingerprint(input, beam)) {
     throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case (" +
                      checkpoint.case_fingerprint + "; this case: " + fingerprint(input, beam) + ")"};
   }
   MotionState state;
-  state.fields.insert(checkpoint.node_fields.begin(), checkpoint.node_fields.end());
-  state.scalars = checkpoint.scalars;
-  state.tables = checkpoint.tables;
+  for (auto& [name, values] : checkpoint.node_fields) {
+    state.fields.emplace(name, std::move(values));
+  }
+  state.scalars = std::move(checkpoint.scalars);
+  state.tables = std::move(checkpoint.tables);
   dynamics.restore(state);
 }
 
@@ -204,6 +208,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   summary.repeated_steps = counts.repeated_steps;
   summary.rhs_evaluations = counts.rhs_evaluations;
   summary.line_solves = line.solves();
+  summary.event_steps = counts.event_steps;
   summary.impacts = counts.impacts;
   summary.rests = counts.rests;
   summary.releases = counts.releases;

@@ -58,7 +58,6 @@ void ContactState::hit(const ContactRun& run, std::size_t node, double time, dou
                       .impulse = impulse,
                       .energy_loss = loss});
   press(run.support, impulse);
-  losses_.push_back({.time = time, .energy = loss});
 }
 
 void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {
@@ -78,6 +77,9 @@ void ContactState::release(const ContactRun& run, std::size_t node, double time)
 
 double ContactState::lost_before(double time) const {
   double sum = 0.0;
+  for (const ImpactRecord& impact : impacts_) {
+    sum += impact.time < time ? impact.energy_loss : 0.0;
+  }
   for (const Loss& loss : losses_) {
     sum += loss.time < time ? loss.energy : 0.0;
   }
@@ -131,12 +133,12 @@ void ContactState::count_resting() {
 
 void ContactState::begin_step() {
   changes_.clear();
-  impacts_.clear();
-  rests_.clear();
+  release_if_large(impacts_);
+  release_if_large(rests_);
   losses_.clear();
   impulse_before_ = impulse_;
   line_gap_before_ = line_gap_;
-  any_events_ = false;
+  all_events_ = {};
 }
 
 void ContactState::undo() {
@@ -150,9 +152,6 @@ void ContactState::undo() {
 }
 
 void ContactState::commit(double time, std::span<double> sums) {
-  const auto earlier = [](const auto& a, const auto& b) { return a.time < b.time; };
-  std::ranges::stable_sort(impacts_, earlier);
-  std::ranges::stable_sort(rests_, earlier);
   const auto releases = std::ranges::count_if(rests_, &RestRecord::release);
   std::vector<double> all{static_cast<double>(impacts_.size()),
                           static_cast<double>(rests_.size()) - static_cast<double>(releases),
@@ -167,8 +166,9 @@ void ContactState::commit(double time, std::span<double> sums) {
   const bool rested = counts_.resting > 0;
   counts_.resting += static_cast<PetscInt>(all[1] - all[2]);
   counts_.lost += all[3];
-  any_events_ = all[0] + all[1] + all[2] > 0.0;
-  if (any_events_) {
+  all_events_ = {.impacts = static_cast<PetscInt>(all[0]), .rests = static_cast<PetscInt>(all[1] + all[2])};
+  counts_.event_steps += any_events() ? 1 : 0;
+  if (any_events()) {
     double first = std::numeric_limits<double>::infinity();
     double last = -first;
     for (const ImpactRecord& impact : impacts_) {

@@ -206,8 +206,7 @@ template <std::size_t Terms>
 }
 
 template <std::size_t Terms>
-[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side,
-                                                  const Square& all) {
+[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side, const Square& all) {
   double bernstein[Terms][Terms];
   const double* __restrict line[Terms];
   for (std::size_t j = 0; j < Terms; ++j) {

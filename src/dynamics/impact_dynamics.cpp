@@ -271,7 +271,7 @@ void ImpactDynamics::tell_events() {
   if (contact_.any_events()) {
     const petsc::LogScope output{petsc::log_events().output};
     for (Observer* observer : observers_) {
-      observer->events(contact_.impacts(), contact_.rests());
+      observer->events(contact_.impacts(), contact_.rests(), contact_.all_events());
     }
   }
 }
@@ -426,11 +426,11 @@ MassState ImpactDynamics::masses() const {
 
 MotionState ImpactDynamics::save() const {
   MotionState saved;
-  const MassState now = masses();
+  MassState now = masses();
   const auto& resting = contact_.resting_supports();
-  saved.fields = {{"mass_position", now.position},
-                  {"mass_velocity", now.velocity},
-                  {"resting_on", {resting.begin(), resting.end()}}};
+  saved.fields["mass_position"] = std::move(now.position);
+  saved.fields["mass_velocity"] = std::move(now.velocity);
+  saved.fields["resting_on"].assign(resting.begin(), resting.end());
   const LineGap gap = smallest_line_gap();
   double work = load_work_;
   MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());

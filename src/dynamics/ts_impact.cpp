@@ -234,6 +234,7 @@ class Impact final : public ProblemStepper {
       for (std::size_t i = 0; i < count_; ++i) {
         line_[0][i] -= end_.position[i] - start_[i];
       }
+      release_if_large(touching_);
     }
     ProblemStepper::begin_step();
   }
@@ -309,9 +310,9 @@ class Impact final : public ProblemStepper {
     for (const ContactRun& run : contact_->runs()) {
       contact_nodes += run.last - run.first;
     }
-    // A sweep: moments and line read and written; steady parts, position, velocity, axis read; ends written. To
+    // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
     // predict: the line twice, moments written. A step: the state copied and written, ends read, the line counted anew.
-    const double per_node = 8.0 * ((4.0 * m + 7.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 12.0 * own_steps_);
+    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 12.0 * own_steps_);
     // Who rests, and the line's distance at the end.
     const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
@@ -337,15 +338,16 @@ class Impact final : public ProblemStepper {
   static constexpr double kTolerance = 1e-7;
   static constexpr int kMostAttempts = 100;
 
+  using Moments = std::array<double, kMostTerms>;
+
+  /// A mass that may touch something in this step. One for every mass of a flat fall: kept small.
   struct Touching {
-    std::size_t node = 0;
-    std::array<double, kMostTerms> moment{};  // NOLINT(readability-redundant-member-init); u before the sweep
-    std::int32_t resting = 0;                 // support + 1 at the start of the step
-    bool known = false;                       // all it meets is one impact of the following, or none
-    const ContactRun* run = nullptr;
-    double impact = 2.0;  // tau; 2: none
-    double before = 0.0;  // [m per step]
-    double after = 0.0;
+    std::uint32_t node = 0;
+    std::int32_t resting = 0;  // support + 1 at the start of the step
+    std::int32_t run = 0;      // of the following
+    bool known = false;        // all it meets is one impact of the following, or none
+    double impact = 2.0;       // tau; 2: none
+    double before = 0.0;       // velocity [m per step]
   };
 
   struct Pressed {
@@ -366,9 +368,8 @@ class Impact final : public ProblemStepper {
       moment_[j].assign(count_, 0.0);
       line_[j].assign(count_, 0.0);
     }
-    for (std::vector<double>& steady : steady_) {
-      steady.assign(count_, 0.0);
-    }
+    steady_[0].assign(count_, 0.0);
+    steady_[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
     end_.position.resize(count_);
     end_.velocity.resize(count_);
     free_.fill(1.0);
@@ -600,6 +601,7 @@ class Impact final : public ProblemStepper {
       const auto runs = runs_at(from);
       const std::size_t first_touching = touching_.size();
       const std::size_t first_pressed = pressed_.size();
+      listed_ = 0;
       const Rows rows = rows_from(from);
       if (!runs.empty()) {
         bound_masses(
@@ -614,7 +616,7 @@ class Impact final : public ProblemStepper {
       }
       for (std::size_t k = first_touching; k < touching_.size(); ++k) {
         free_[touching_[k].node - from] = 1.0;
-        move_touching<Predict>(k, step, largest);
+        move_touching<Predict>(k, block_moments_[k - first_touching], step, largest);
       }
     }
     finish_batch<Predict>(step, largest);
@@ -656,11 +658,11 @@ class Impact final : public ProblemStepper {
           }
         }
         free_[i] = 0.0;
-        Touching mass{.node = node, .resting = contact_->resting_supports()[node]};
+        touching_.push_back({.node = static_cast<std::uint32_t>(node), .resting = contact_->resting_supports()[node]});
+        Moments& before = block_moments_[listed_++];
         for (std::size_t j = 0; j < terms_; ++j) {
-          mass.moment[j] = moment(j, node);
+          before[j] = moment(j, node);
         }
-        touching_.push_back(mass);
       }
     }
   }
@@ -707,7 +709,7 @@ class Impact final : public ProblemStepper {
       rows.moment[j] = moment_[j].data() + from;
       rows.line[j] = line_[j].data() + from;
     }
-    rows.steady = {steady_[0].data() + from, steady_[1].data() + from};
+    rows.steady = {steady_[0].data() + from, steady_[1].empty() ? nothing_.data() : steady_[1].data() + from};
     rows.position = start_ + from;
     rows.axis = equations_->axis().data() + from;
     rows.velocity = start_ + count_ + from;
@@ -725,8 +727,8 @@ class Impact final : public ProblemStepper {
 
   /// Moves a mass that may touch something: in the next batch if that may do, else at once.
   template <bool Predict>
-  void move_touching(std::size_t index, double step, Largest& largest) {
-    const Touching& mass = touching_[index];
+  void move_touching(std::size_t index, const Moments& before, double step, Largest& largest) {
+    Touching& mass = touching_[index];
     const std::size_t node = mass.node;
     double sum = 0.0;
     for (std::size_t j = 0; j < terms_; ++j) {
@@ -741,10 +743,11 @@ class Impact final : public ProblemStepper {
         simple = simple && only == nullptr &&
                  run.side * (start_[node] - run.height) > contact_->together(start_[node], run.height);
         only = &run;
+        mass.run = static_cast<std::int32_t>(at);
       }
     }
     if (!simple) {
-      return move_alone<Predict>(touching_[index], step, largest);
+      return move_alone<Predict>(mass, before, step, largest);
     }
     for (std::size_t j = 0; j < terms_; ++j) {
       batch_.line[j][waiting_] = line_[j][node];
@@ -753,8 +756,8 @@ class Impact final : public ProblemStepper {
     batch_.at[waiting_] = only->height - start_[node];
     batch_.side[waiting_] = only->side;
     batch_.restitution[waiting_] = only->restitution;
-    touching_[index].run = only;
     batch_mass_[waiting_] = index;
+    batch_before_[waiting_] = before;
     if (++waiting_ == local::kLanes) {
       finish_batch<Predict>(step, largest);
     }
@@ -769,7 +772,7 @@ class Impact final : public ProblemStepper {
     for (std::size_t lane = 0; lane < waiting_; ++lane) {
       Touching& mass = touching_[batch_mass_[lane]];
       if (batch_.simple[lane] == 0.0) {
-        move_alone<Predict>(mass, step, largest);
+        move_alone<Predict>(mass, batch_before_[lane], step, largest);
         continue;
       }
       local::Outcome outcome;
@@ -784,35 +787,38 @@ class Impact final : public ProblemStepper {
         outcome.first_impact = batch_.impact[lane];
         outcome.kick = std::abs(batch_.after[lane] - batch_.before[lane]);
         mass.before = batch_.before[lane];
-        mass.after = batch_.after[lane];
       }
       mass.impact = outcome.first_impact;
-      take<Predict>(mass, outcome, batch_.rests[lane] == 0.0 ? nullptr : mass.run, step, largest);
+      const ContactRun* rests = mass.known ? nullptr : &run_of(mass);
+      take<Predict>(mass, batch_before_[lane], outcome, rests, step, largest);
     }
     waiting_ = 0;
   }
 
   template <bool Predict>
-  void move_alone(const Touching& mass, double step, Largest& largest) {
+  void move_alone(const Touching& mass, const Moments& before, double step, Largest& largest) {
     const Meeting meeting = meeting_of(mass, step);
     const local::Outcome outcome = local::advance(meeting.problem);
-    take<Predict>(mass, outcome,
-                  outcome.resting < 0 ? nullptr : meeting.runs[static_cast<std::size_t>(outcome.resting)], step,
-                  largest);
+    const auto stop = static_cast<std::size_t>(outcome.resting);
+    take<Predict>(mass, before, outcome, outcome.resting < 0 ? nullptr : meeting.runs[stop], step, largest);
   }
 
-  /// @param rests where it rests at the end; null: nowhere
+  [[nodiscard]] const ContactRun& run_of(const Touching& mass) const {
+    return contact_->runs()[static_cast<std::size_t>(mass.run)];
+  }
+
+  /// @param before u before the sweep @param rests where it rests at the end; null: nowhere
   template <bool Predict>
-  void take(const Touching& mass, const local::Outcome& outcome, const ContactRun* rests, double step,
-            Largest& largest) {
+  void take(const Touching& mass, const Moments& before, const local::Outcome& outcome, const ContactRun* rests,
+            double step, Largest& largest) {
     const std::size_t node = mass.node;
     std::array<double, kMostTerms> residual{};
     for (std::size_t j = 0; j < terms_; ++j) {
-      residual[j] = outcome.moments[j] - mass.moment[j];
+      residual[j] = outcome.moments[j] - before[j];
       largest.change = std::max(largest.change, std::abs(residual[j]));
     }
     for (std::size_t j = 0; j < terms_; ++j) {
-      double next = Predict ? outcome.moments[j] : mass.moment[j];
+      double next = Predict ? outcome.moments[j] : before[j];
       for (std::size_t k = 0; k < terms_ && !Predict; ++k) {
         next += map_.gain[j][k] * residual[k];
       }
@@ -870,10 +876,12 @@ class Impact final : public ProblemStepper {
       const double stretch = line_[0][node] + start_[node] - run->height;  // its mean
       press(*run, node, stretch);
     }
+    contact_->expect(touching_.size());
     for (const Touching& mass : touching_) {
       if (mass.known) {
         if (mass.impact <= 1.0) {
-          tell_impact(*mass.run, mass.node, mass.impact, mass.before, mass.after);
+          const ContactRun& run = run_of(mass);
+          tell_impact(run, mass.node, mass.impact, mass.before, -run.restitution * mass.before);
         }
         continue;
       }
@@ -945,6 +953,7 @@ class Impact final : public ProblemStepper {
   std::vector<float> kink_share_;        // of every node
   std::vector<Touching> touching_;
   std::vector<Pressed> pressed_;  // at rest all along the step
+  std::array<double, kBlock> nothing_{};
   std::array<double, kBlock> free_{};
   std::array<double, kBlock> low_{};
   std::array<double, kBlock> high_{};
@@ -953,6 +962,9 @@ class Impact final : public ProblemStepper {
   std::array<std::uint8_t, kBlock> near_{};
   local::Batch batch_;
   std::array<std::size_t, local::kLanes> batch_mass_{};
+  std::array<Moments, local::kLanes> batch_before_{};  // u before the sweep
+  std::array<Moments, kBlock> block_moments_{};        // the same of the touching masses of a block
+  std::size_t listed_ = 0;
   std::size_t waiting_ = 0;  // masses in the batch
   Reach reach_;
   Square line_bernstein_{};  // [coefficient][Legendre term]

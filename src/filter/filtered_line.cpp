@@ -464,6 +464,11 @@ void FilteredLine::solve_by_chain(std::span<const chain::Column> columns) {
   }
   UDAR_CALL(VecRestoreArrayWrite(unknowns_, &unknowns));
   check_residual(checked.displacement);
+  // 56 bytes per node, seldom needed.
+  unknowns_.reset();
+  right_hand_side_.reset();
+  residual_.reset();
+  checked_moment_ = {};
 }
 
 void FilteredLine::right_hand_side(const chain::Column& column) {
@@ -522,6 +527,8 @@ void FilteredLine::solve_by_ksp(const chain::Column& column) {
 void FilteredLine::check_residual(const double* displacement) {
   if (residual_ == nullptr) {
     UDAR_CALL(VecDuplicate(right_hand_side_, residual_.put()));
+  }
+  if (matrix_norm_ == 0.0) {
     std::vector<double> sums(2 * mass_.size());
     each_entry([&](PetscInt row, PetscInt /*column*/, double value) {
       sums[static_cast<std::size_t>(row - 2 * beam_->begin())] += std::abs(value);

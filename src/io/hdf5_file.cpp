@@ -464,14 +464,19 @@ void Hdf5File::append_row(const std::string& name, const NodeRange& nodes, const
 }
 
 void Hdf5File::append_records(const std::string& name, const void* records, std::size_t count) {
-  if (count == 0) {
+  const auto own = static_cast<std::uint64_t>(count);
+  std::uint64_t first = 0;
+  std::uint64_t all = own;
+  MPI_Exscan(&own, &first, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_);
+  if (all == 0) {
     return;
   }
   Growing& data = growing_.at(name);
-  spend(growth(name, count));
-  extend(data, count);
-  write_block(data, data.rows, rank_ == 0 ? count : 0, 0, 1, records);
-  data.rows += count;
+  spend(growth(name, all));
+  extend(data, all);
+  write_block(data, data.rows + (rank_ == 0 ? 0 : first), count, 0, 1, records);
+  data.rows += all;
 }
 
 // Reading

@@ -14,28 +14,8 @@
 namespace udar::io {
 namespace {
 
-// The records as they stand in the file; in memory the same, so that HDF5 has nothing to convert.
-
-struct ImpactRow {
-  double time;
-  std::int64_t node;
-  double x;
-  std::int64_t support;
-  double velocity_before;
-  double velocity_after;
-  double impulse;
-  double energy_loss;
-};
-
-struct RestRow {
-  double time;
-  std::int64_t node;
-  double x;
-  std::int64_t support;
-  std::uint8_t release;
-  std::array<std::uint8_t, 7> unused;  ///< keeps the rows aligned
-};
-
+/// The energy balance as it stands in the file; events stand there as they are in memory, so that HDF5 has nothing to
+/// convert.
 struct EnergyRow {
   double time;
   double kinetic;
@@ -62,23 +42,29 @@ Hdf5Id record_type(std::size_t size, std::initializer_list<Column> columns) {
   return type;
 }
 
+constexpr bool kWideIndices = sizeof(PetscInt) == sizeof(std::int64_t);
+
 Hdf5Id impact_type() {
-  return record_type(sizeof(ImpactRow), {{"time", offsetof(ImpactRow, time), H5T_NATIVE_DOUBLE},
-                                         {"node", offsetof(ImpactRow, node), H5T_NATIVE_INT64},
-                                         {"x", offsetof(ImpactRow, x), H5T_NATIVE_DOUBLE},
-                                         {"support", offsetof(ImpactRow, support), H5T_NATIVE_INT64},
-                                         {"velocity_before", offsetof(ImpactRow, velocity_before), H5T_NATIVE_DOUBLE},
-                                         {"velocity_after", offsetof(ImpactRow, velocity_after), H5T_NATIVE_DOUBLE},
-                                         {"impulse", offsetof(ImpactRow, impulse), H5T_NATIVE_DOUBLE},
-                                         {"energy_loss", offsetof(ImpactRow, energy_loss), H5T_NATIVE_DOUBLE}});
+  const hid_t index = kWideIndices ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
+  return record_type(sizeof(ImpactRecord),
+                     {{"time", offsetof(ImpactRecord, time), H5T_NATIVE_DOUBLE},
+                      {"node", offsetof(ImpactRecord, node), index},
+                      {"x", offsetof(ImpactRecord, x), H5T_NATIVE_DOUBLE},
+                      {"support", offsetof(ImpactRecord, support), index},
+                      {"velocity_before", offsetof(ImpactRecord, velocity_before), H5T_NATIVE_DOUBLE},
+                      {"velocity_after", offsetof(ImpactRecord, velocity_after), H5T_NATIVE_DOUBLE},
+                      {"impulse", offsetof(ImpactRecord, impulse), H5T_NATIVE_DOUBLE},
+                      {"energy_loss", offsetof(ImpactRecord, energy_loss), H5T_NATIVE_DOUBLE}});
 }
 
 Hdf5Id rest_type() {
-  return record_type(sizeof(RestRow), {{"time", offsetof(RestRow, time), H5T_NATIVE_DOUBLE},
-                                       {"node", offsetof(RestRow, node), H5T_NATIVE_INT64},
-                                       {"x", offsetof(RestRow, x), H5T_NATIVE_DOUBLE},
-                                       {"support", offsetof(RestRow, support), H5T_NATIVE_INT64},
-                                       {"release", offsetof(RestRow, release), H5T_NATIVE_UINT8}});
+  static_assert(sizeof(bool) == 1);
+  const hid_t index = kWideIndices ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
+  return record_type(sizeof(RestRecord), {{"time", offsetof(RestRecord, time), H5T_NATIVE_DOUBLE},
+                                          {"node", offsetof(RestRecord, node), index},
+                                          {"x", offsetof(RestRecord, x), H5T_NATIVE_DOUBLE},
+                                          {"support", offsetof(RestRecord, support), index},
+                                          {"release", offsetof(RestRecord, release), H5T_NATIVE_UINT8}});
 }
 
 Hdf5Id energy_type() {
@@ -170,28 +156,17 @@ void ResultsFile::append_fields(const Snapshot& state) {
   file_->append_row("/fields/line_position", nodes_, state.line_position.data());
   file_->append_row("/fields/moment", nodes_, state.moment.data());
   file_->append_row("/fields/resting", nodes_, state.resting.data());
-  file_->append_records("/fields/time", &state.time, 1);
+  file_->append_records("/fields/time", &state.time, nodes_.begin == 0 ? 1 : 0);
   file_->flush();
 }
 
-void ResultsFile::append_impacts(std::span<const ImpactRecord> rows, std::size_t count) {
-  std::vector<ImpactRow> records;
-  records.reserve(rows.size());
-  for (const ImpactRecord& row : rows) {
-    records.push_back({row.time, row.node, row.x, row.support, row.velocity_before, row.velocity_after, row.impulse,
-                       row.energy_loss});
-  }
-  file_->append_records("/impacts", records.data(), count);
+void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
+  file_->append_records("/impacts", rows.data(), rows.size());
   file_->flush();
 }
 
-void ResultsFile::append_rests(std::span<const RestRecord> rows, std::size_t count) {
-  std::vector<RestRow> records;
-  records.reserve(rows.size());
-  for (const RestRecord& row : rows) {
-    records.push_back({row.time, row.node, row.x, row.support, static_cast<std::uint8_t>(row.release), {}});
-  }
-  file_->append_records("/rests", records.data(), count);
+void ResultsFile::append_rests(std::span<const RestRecord> rows) {
+  file_->append_records("/rests", rows.data(), rows.size());
   file_->flush();
 }
 
@@ -204,7 +179,7 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
     records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
                        row.load_work, row.lost_in_impacts, row.total(), row.drift()});
   }
-  file_->append_records("/energy", records.data(), records.size());
+  file_->append_records("/energy", records.data(), nodes_.begin == 0 ? records.size() : 0);
   file_->flush();
 }
 

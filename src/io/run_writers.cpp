@@ -8,14 +8,17 @@
 #include "udar/io/csv.hpp"
 #include "udar/io/results_file.hpp"
 #include "udar/io/xdmf.hpp"
+#include "udar/petsc/error.hpp"
 
 namespace udar::io {
 namespace {
 
 /// Rows of a table that may wait for the disk.
 constexpr std::size_t kBlockRows = 256;
-/// Events a rank may hold before all ranks meet to write them.
-constexpr std::size_t kEventsMax = 4096;
+/// Events of all ranks that may wait, and that rank 0 may get at a time.
+constexpr PetscInt kEventsMax = 65536;
+/// Rows of a table of events that are also written as text.
+constexpr PetscInt kTextRowsMax = 1'000'000;
 
 /// @brief When a table goes to the disk: after 1, 2, 4, ... rows at first, so that a run shows early that it lives,
 /// then every `kBlockRows`, so that the ranks seldom have to meet. The same on every rank.
@@ -130,62 +133,118 @@ class EnergyWriter final : public Observer {
   std::vector<EnergyLedger> rows_;
 };
 
-/// impacts.csv, rests.csv, /impacts and /rests. Events stay with their rank until written.
+/// One table of events: a dataset of results.h5, and a text file as long as people may want to read it. Rows of steps
+/// with few events wait with their rank and go to the disk through rank 0, in order of time, then node. A step with
+/// many is written by all ranks at once, in order of nodes.
+template <class Record>
+class EventTable {
+ public:
+  using Append = void (ResultsFile::*)(std::span<const Record>);
+
+  EventTable(MPI_Comm comm, const std::string& folder, std::string name, const std::string& header,
+             std::shared_ptr<ResultsFile> results, Append append)
+      : comm_{comm},
+        name_{std::move(name)},
+        results_{std::move(results)},
+        append_{append},
+        file_{comm, folder + name_} {
+    file_.append(header);
+  }
+
+  /// @param all rows of all ranks
+  template <class Text>
+  void add(std::span<const Record> rows, PetscInt all, const Text& as_text) {
+    if (waiting_ + all > kEventsMax) {
+      write(as_text);
+    }
+    if (all > kEventsMax) {
+      end_text();
+      ((*results_).*append_)(rows);
+      return;
+    }
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    waiting_ += all;
+  }
+
+  template <class Text>
+  void write(const Text& as_text) {
+    if (waiting_ == 0) {
+      return;
+    }
+    const std::vector<Record> sorted = on_first_rank(comm_, rows_);
+    ((*results_).*append_)(sorted);
+    text_rows_ += waiting_;
+    if (text_rows_ > kTextRowsMax) {
+      end_text();
+    }
+    if (!text_ended_) {
+      file_.append(as_text(sorted));
+    }
+    rows_ = {};
+    waiting_ = 0;
+  }
+
+  void sync() { file_.sync(); }
+
+ private:
+  void end_text() {
+    if (!text_ended_) {
+      UDAR_CALL(
+          PetscPrintf(comm_, "udar: too many events for %s: it ends here; all are in results.h5\n", name_.c_str()));
+    }
+    text_ended_ = true;
+  }
+
+  MPI_Comm comm_;
+  std::string name_;
+  std::shared_ptr<ResultsFile> results_;
+  Append append_;
+  TextFile file_;
+  std::vector<Record> rows_;  ///< that wait, this rank's
+  PetscInt waiting_ = 0;      ///< all ranks'
+  PetscInt text_rows_ = 0;
+  bool text_ended_ = false;
+};
+
+/// impacts.csv, rests.csv, /impacts and /rests.
 class EventWriter final : public Observer {
  public:
-  EventWriter(const RunLayout& layout, const std::string& impacts_path, const std::string& rests_path,
-              std::shared_ptr<ResultsFile> results, double interval)
-      : comm_{layout.comm},
-        results_{std::move(results)},
-        interval_{interval},
-        impacts_file_{layout.comm, impacts_path},
-        rests_file_{layout.comm, rests_path} {
-    impacts_file_.append(impact_header());
-    rests_file_.append(rest_header());
-  }
+  EventWriter(const RunLayout& layout, const std::string& folder, const std::shared_ptr<ResultsFile>& results,
+              double interval)
+      : interval_{interval},
+        impacts_{layout.comm, folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
+        rests_{layout.comm, folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
 
   [[nodiscard]] double interval() const override { return interval_; }
 
-  void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests) override {
-    impacts_.insert(impacts_.end(), impacts.begin(), impacts.end());
-    rests_.insert(rests_.end(), rests.begin(), rests.end());
+  void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
+              const EventCounts& all) override {
+    impacts_.add(impacts, all.impacts, impact_rows);
+    rests_.add(rests, all.rests, rest_rows);
   }
 
   void snapshot(const Snapshot& /*state*/) override {
-    const bool due = schedule_.due();
-    int write_now = due || impacts_.size() > kEventsMax || rests_.size() > kEventsMax ? 1 : 0;
-    MPI_Allreduce(MPI_IN_PLACE, &write_now, 1, MPI_INT, MPI_MAX, comm_);
-    if (write_now != 0) {
+    if (schedule_.due()) {
       write();
     }
   }
 
   void finish() override {
     write();
-    impacts_file_.sync();
-    rests_file_.sync();
+    impacts_.sync();
+    rests_.sync();
   }
 
  private:
   void write() {
-    in_order(comm_, impacts_, [this](std::span<const ImpactRecord> rows, std::size_t count) {
-      impacts_file_.append(impact_rows(rows));
-      results_->append_impacts(rows, count);
-    });
-    in_order(comm_, rests_, [this](std::span<const RestRecord> rows, std::size_t count) {
-      rests_file_.append(rest_rows(rows));
-      results_->append_rests(rows, count);
-    });
+    impacts_.write(impact_rows);
+    rests_.write(rest_rows);
   }
 
-  MPI_Comm comm_;
-  std::shared_ptr<ResultsFile> results_;
   double interval_;
-  TextFile impacts_file_;
-  TextFile rests_file_;
   Schedule schedule_;
-  std::vector<ImpactRecord> impacts_;  ///< that wait, in the order they came
-  std::vector<RestRecord> rests_;
+  EventTable<ImpactRecord> impacts_;
+  EventTable<RestRecord> rests_;
 };
 
 /// /fields and results.xdmf; the last of the observers, which closes results.h5.
@@ -223,8 +282,7 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval));
   writers.push_back(std::make_unique<EnergyWriter>(layout, folder + "energy.csv", results, interval));
-  writers.push_back(
-      std::make_unique<EventWriter>(layout, folder + "impacts.csv", folder + "rests.csv", results, interval));
+  writers.push_back(std::make_unique<EventWriter>(layout, folder, results, interval));
   writers.push_back(std::make_unique<FieldWriter>(layout, folder + "results.xdmf", results, field_interval));
   return writers;
 }

@@ -30,6 +30,7 @@ std::string as_json(const Summary& summary) {
   json["stepping_line_solves"] = summary.stepping_line_solves;
   json["streamed_bytes"] =
       number_or_null(summary.streamed_bytes > 0.0 ? std::optional{summary.streamed_bytes} : std::nullopt);
+  json["event_steps"] = summary.event_steps;
   json["impacts"] = summary.impacts;
   json["rests"] = summary.rests;
   json["releases"] = summary.releases;

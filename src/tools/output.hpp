@@ -52,8 +52,8 @@ class PlainFile {
   std::vector<char> block_ = std::vector<char>(std::size_t{8} << 20, 'u');
 };
 
-/// Writes rows of all fields of the beam's nodes into a results.h5 in `directory`, in turn with the same bytes by rank 0
-/// alone into a plain file; prints JSON. Both files are removed.
+/// Writes rows of all fields of the beam's nodes into a results.h5 in `directory`, in turn with the same bytes by rank
+/// 0 alone into a plain file; prints JSON. Both files are removed.
 inline void output(const BeamChain& beam, const std::string& directory, long repeats) {
   const MPI_Comm comm = beam.comm();
   int rank = 0;

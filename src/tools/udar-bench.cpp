@@ -38,11 +38,12 @@ using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
 enum class Kind { solve, accuracy, integrators, machine, batch, output };
-constexpr std::array kKinds{
-    std::pair<const char*, Kind>{"solve", Kind::solve}, std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
-    std::pair<const char*, Kind>{"integrators", Kind::integrators},
-    std::pair<const char*, Kind>{"machine", Kind::machine}, std::pair<const char*, Kind>{"batch", Kind::batch},
-    std::pair<const char*, Kind>{"output", Kind::output}};
+constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
+                            std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
+                            std::pair<const char*, Kind>{"integrators", Kind::integrators},
+                            std::pair<const char*, Kind>{"machine", Kind::machine},
+                            std::pair<const char*, Kind>{"batch", Kind::batch},
+                            std::pair<const char*, Kind>{"output", Kind::output}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
 struct Form {

@@ -67,8 +67,8 @@ class Quick(unittest.TestCase):
     def test_messages_and_reductions_stay_constant(self):
         weak = self.series("weak")
         self.assertEqual({p["counts"]["steps"] for p in weak}, {weak[0]["counts"]["steps"]})
-        self.assertEqual(weak[0]["per_step"]["stepping"]["messages"], 0)
-        told = [p["per_step"]["stepping"] for p in weak]
+        self.assertEqual(weak[0]["per_step"]["without_output"]["messages"], 0)
+        told = [p["per_step"]["without_output"] for p in weak]
         self.assertEqual(told[2]["messages"], told[3]["messages"])  # two neighbours
         self.assertAlmostEqual(2.0 * told[1]["messages"] / told[2]["messages"], 1.0, delta=0.02)  # one neighbour
         for name, constant in (("reductions", told[1]["reductions"]), ("message_bytes", told[3]["message_bytes"])):
@@ -77,7 +77,7 @@ class Quick(unittest.TestCase):
 
     def test_the_model_counts_what_petsc_counts(self):
         for point in self.series("weak")[1:] + self.series("strong")[1:]:
-            told, counted = model.communication(point), point["per_step"]["stepping"]
+            told, counted = model.communication(point), point["per_step"]["without_output"]
             steps = point["counts"]["steps"]
             place = f"{point['series']} on {point['ranks']}"
             self.assertAlmostEqual(told["messages"] / steps / counted["messages"], 1.0, delta=0.05, msg=place)

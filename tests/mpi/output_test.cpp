@@ -191,8 +191,10 @@ void write_row(const Writers& writers, const NodeRange& nodes, int row) {
 
 void write_events(const Writers& writers, const std::vector<ImpactRecord>& impacts,
                   const std::vector<RestRecord>& rests) {
+  std::array<PetscInt, 2> all{static_cast<PetscInt>(impacts.size()), static_cast<PetscInt>(rests.size())};
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), 2, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
   for (const auto& writer : writers) {
-    writer->events(impacts, rests);
+    writer->events(impacts, rests, {.impacts = all[0], .rests = all[1]});
   }
 }
 
@@ -547,33 +549,42 @@ TEST(RunWriters, WriteTheEventsOfAllRanksInOrder) {
   }
 }
 
-TEST(RunWriters, KeepTheOrderOfMoreEventsThanAreGatheredAtATime) {
+TEST(RunWriters, WriteAStepOfManyEventsFromAllRanksAtOnce) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(12);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
-  // The ranks have different numbers of events, over different times: 100000 on rank 0, 50000 on rank 1, ...
+  // A step of one event a rank, later ranks first; one of 100000 on rank 0, 50000 on rank 1, ...; another small one.
+  const auto at = [](double time) { return ImpactRecord{time, world_rank(), 0.0, 0, -1.0, 1.0, 2.0, 0.0}; };
+  write_events(writers, {at(1.0 - 0.125 * world_rank())}, {});
   const int count = 100000 / (world_rank() + 1);
-  std::vector<ImpactRecord> impacts;
+  std::vector<ImpactRecord> many;
+  many.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
-    // 7 is coprime to count + 1 or not; either way each time occurs, in no order.
-    const double time = (world_rank() + 1) * static_cast<double>(static_cast<std::int64_t>(i) * 7919 % count);
-    impacts.push_back({time, world_rank(), 0.0, 0, -1.0, 1.0, 2.0, 0.0});
+    many.push_back(at(2.0 + i));
   }
-  write_events(writers, impacts, {});
+  write_events(writers, many, {});
+  write_events(writers, {at(1e6)}, {});
   finish(writers);
   int total = 0;
   MPI_Allreduce(&count, &total, 1, MPI_INT, MPI_SUM, PETSC_COMM_WORLD);
   if (world_rank() == 0) {
-    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), static_cast<std::size_t>(total) + 1);
+    const auto size = static_cast<std::size_t>(world_size());
+    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), size + 1) << "the text ends before the large step";
     const SerialFile file{folder / "results.h5"};
     const std::vector<double> times = file.column("/impacts", "time");
     const std::vector<double> nodes = file.column("/impacts", "node");
-    ASSERT_EQ(times.size(), static_cast<std::size_t>(total));
+    ASSERT_EQ(times.size(), static_cast<std::size_t>(total) + 2 * size);
+    for (std::size_t i = 0; i < size; ++i) {
+      EXPECT_EQ(nodes[i], static_cast<double>(size - 1 - i));
+      EXPECT_EQ(nodes[nodes.size() - size + i], static_cast<double>(i));
+    }
     std::size_t disorder = 0;
-    for (std::size_t i = 1; i < times.size(); ++i) {
-      disorder += times[i - 1] < times[i] || (times[i - 1] == times[i] && nodes[i - 1] <= nodes[i]) ? 0 : 1;
+    for (std::size_t i = size + 1; i < times.size() - size; ++i) {
+      disorder += nodes[i - 1] < nodes[i] || (nodes[i - 1] == nodes[i] && times[i - 1] < times[i]) ? 0 : 1;
     }
     EXPECT_EQ(disorder, 0U);
+    EXPECT_EQ(times[size], 2.0);
+    EXPECT_EQ(times[times.size() - size - 1], 1.0 + 100000 / static_cast<int>(size));
   }
 }
 
@@ -583,10 +594,10 @@ TEST(RunWriters, WriteEventsBeforeTheyFillTheMemory) {
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   write_row(writers, layout.nodes, 0);  // the first block: rows 1 and 2 would now wait for each other
   const bool last = world_rank() == world_size() - 1;
-  write_events(writers, std::vector<ImpactRecord>(last ? 5000 : 0), {});
-  write_row(writers, layout.nodes, 1);
+  write_events(writers, std::vector<ImpactRecord>(last ? 60000 : 0), {});
+  write_events(writers, std::vector<ImpactRecord>(last ? 6000 : 0), {});
   if (world_rank() == 0) {
-    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), 5001U);
+    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), 60001U);
   }
   finish(writers);
 }

@@ -2,6 +2,8 @@
 /// @file
 /// The steel beam of example 01, and the pieces a run on it needs.
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -67,9 +69,15 @@ class Recorder final : public Observer {
     lines.emplace_back(state.line_position.begin(), state.line_position.end());
     energies.push_back(state.energy);
   }
-  void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> stops) override {
-    impacts.insert(impacts.end(), hits.begin(), hits.end());
-    rests.insert(rests.end(), stops.begin(), stops.end());
+  void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> stops,
+              const EventCounts& /*all*/) override {
+    const auto add = [](auto& kept, const auto& more) {
+      const auto old = static_cast<std::ptrdiff_t>(kept.size());
+      kept.insert(kept.end(), more.begin(), more.end());
+      std::stable_sort(kept.begin() + old, kept.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+    };
+    add(impacts, hits);
+    add(rests, stops);
   }
 
   std::vector<double> times;

@@ -14,6 +14,16 @@
 
 namespace udar {
 
+/// @brief Empties a list, and gives its memory back if a rare step has made it large.
+template <class Value>
+void release_if_large(std::vector<Value>& list) {
+  constexpr std::size_t kKept = std::size_t{1} << 16;
+  if (list.capacity() > kKept) {
+    std::vector<Value>{}.swap(list);
+  }
+  list.clear();
+}
+
 /// @brief What shapes the treatment of contact.
 struct ContactParameters {
   double hop_tolerance = 1e-10;  ///< a mass whose next hop would stay below this rests instead [m], > 0
@@ -25,6 +35,7 @@ struct ContactCounts {
   PetscInt rests = 0;
   PetscInt releases = 0;
   PetscInt resting = 0;              ///< masses at rest now
+  PetscInt event_steps = 0;          ///< steps with any of these, in this run of the program
   double first_contact_time = -1.0;  ///< [s]; negative: none yet
   double last_contact_time = -1.0;   ///< last impact, or last instant some mass rested [s]; negative: none yet
   double lost = 0.0;                 ///< energy lost in impacts and rests [J]
@@ -64,6 +75,8 @@ class ContactState {
 
   /// @name The journal of the step. Not collective.
   /// @{
+  /// Makes room for so many impacts.
+  void expect(std::size_t impacts) { impacts_.reserve(impacts); }
   /// @param before, after velocity of the mass [m/s], y up @param loss [J]
   void hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss);
   /// @param loss of energy besides that of an impact [J]
@@ -91,11 +104,12 @@ class ContactState {
   void commit(double time, std::span<double> sums);
   /// Takes back everything since the last `commit`.
   void undo();
-  /// Events of the step that `commit` ended, this rank's, by time.
+  /// Events of the step that `commit` ended, this rank's, those of a node in order of time.
   [[nodiscard]] std::span<const ImpactRecord> impacts() const noexcept { return impacts_; }
   [[nodiscard]] std::span<const RestRecord> rests() const noexcept { return rests_; }
-  /// Whether that step had events on any rank.
-  [[nodiscard]] bool any_events() const noexcept { return any_events_; }
+  /// Those of all ranks.
+  [[nodiscard]] const EventCounts& all_events() const noexcept { return all_events_; }
+  [[nodiscard]] bool any_events() const noexcept { return all_events_.impacts + all_events_.rests > 0; }
   /// Begins a new step.
   void begin_step();
 
@@ -139,8 +153,8 @@ class ContactState {
     double time;
     double energy;
   };
-  std::vector<Loss> losses_;
-  bool any_events_ = false;
+  std::vector<Loss> losses_;  // besides those of the impacts
+  EventCounts all_events_;
 };
 
 }  // namespace udar

@@ -60,6 +60,12 @@ struct RestRecord {
   bool release = false;  ///< false: the mass came to rest; true: it was released
 };
 
+/// @brief Events of one step on all ranks together.
+struct EventCounts {
+  PetscInt impacts = 0;
+  PetscInt rests = 0;  ///< and releases
+};
+
 /// @brief Where a run stands after a step, equal on every rank.
 struct Progress {
   double time = 0.0;          ///< [s]
@@ -83,8 +89,10 @@ class Observer {
   [[nodiscard]] virtual double interval() const { return 0.0; }
   /// The state at a multiple of `interval()`.
   virtual void snapshot(const Snapshot& /*state*/) {}
-  /// Impacts and rest events of this rank at one instant (spans may be empty here and not elsewhere).
-  virtual void events(std::span<const ImpactRecord> /*impacts*/, std::span<const RestRecord> /*rests*/) {}
+  /// Impacts and rest events of this rank in one step, those of a node in order of time (spans may be empty here and
+  /// not elsewhere).
+  virtual void events(std::span<const ImpactRecord> /*impacts*/, std::span<const RestRecord> /*rests*/,
+                      const EventCounts& /*all*/) {}
   /// After every accepted step.
   virtual void step(const Progress& /*progress*/) {}
   /// After the last step, also of a run that was interrupted: everything buffered must reach the disk.

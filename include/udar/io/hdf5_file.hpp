@@ -81,9 +81,8 @@ class Hdf5File {
   void add_records(const std::string& name, hid_t type);
   /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
   void append_row(const std::string& name, const NodeRange& nodes, const void* values);
-  /// @brief Adds records to a dataset of `add_records`.
-  /// @param[in] records on rank 0
-  /// @param[in] count   on every rank
+  /// @brief Adds records to a dataset of `add_records`: each rank's, one rank's behind the other's.
+  /// @param[in] count of this rank's
   void append_records(const std::string& name, const void* records, std::size_t count);
   /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not
   /// at all.

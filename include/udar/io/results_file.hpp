@@ -29,15 +29,13 @@ class ResultsFile {
 
   /// One row of the fields.
   void append_fields(const Snapshot& state);
-  /// @name Rows of the tables
-  /// In order of time.
-  /// @param[in] rows   on rank 0; other ranks' are not read
-  /// @param[in] count  number of `rows` of rank 0, on every rank
+  /// @name Rows of the tables: each rank's, one rank's behind the other's
   /// @{
-  void append_impacts(std::span<const ImpactRecord> rows, std::size_t count);
-  void append_rests(std::span<const RestRecord> rows, std::size_t count);
-  void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);  ///< equal on every rank
+  void append_impacts(std::span<const ImpactRecord> rows);
+  void append_rests(std::span<const RestRecord> rows);
   /// @}
+  /// @param[in] times, rows equal on every rank
+  void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
   void close();
 

@@ -35,6 +35,7 @@ struct Summary {
   PetscInt line_solves = 0;
   PetscInt stepping_line_solves = 0;  ///< of these, those of the stepping
   double streamed_bytes = 0.0;        ///< that steps and solves had to move to and from memory, all ranks; 0: not known
+  PetscInt event_steps = 0;           ///< with an impact, rest or release
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;
