@@ -123,6 +123,9 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
     : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)}, nodes_{layout.nodes} {
+  int rank = 0;
+  MPI_Comm_rank(layout.comm, &rank);
+  first_rank_ = rank == 0;
   add_layout(*file_, layout);
   file_->add_group("/fields");
   file_->add_records("/fields/time", H5T_NATIVE_DOUBLE);
@@ -156,7 +159,7 @@ void ResultsFile::append_fields(const Snapshot& state) {
   file_->append_row("/fields/line_position", nodes_, state.line_position.data());
   file_->append_row("/fields/moment", nodes_, state.moment.data());
   file_->append_row("/fields/resting", nodes_, state.resting.data());
-  file_->append_records("/fields/time", &state.time, nodes_.begin == 0 ? 1 : 0);
+  file_->append_records("/fields/time", &state.time, first_rank_ ? 1 : 0);
   file_->flush();
 }
 
@@ -179,7 +182,7 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
     records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
                        row.load_work, row.lost_in_impacts, row.total(), row.drift()});
   }
-  file_->append_records("/energy", records.data(), nodes_.begin == 0 ? records.size() : 0);
+  file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
   file_->flush();
 }
 

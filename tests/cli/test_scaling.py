@@ -80,7 +80,10 @@ class Quick(unittest.TestCase):
             told, counted = model.communication(point), point["per_step"]["without_output"]
             steps = point["counts"]["steps"]
             place = f"{point['series']} on {point['ranks']}"
-            self.assertAlmostEqual(told["messages"] / steps / counted["messages"], 1.0, delta=0.05, msg=place)
+            # A residual check, up to three messages a side, falls into a step or into a row of output.
+            sides = 1 if point["ranks"] == 2 else 2
+            self.assertAlmostEqual(told["messages"], steps * counted["messages"], msg=place,
+                                   delta=0.02 * told["messages"] + 3 * sides)
             self.assertAlmostEqual((told["reductions"] + told["gathers"]) / steps / counted["reductions"], 1.0, delta=0.1,
                                    msg=place)
 

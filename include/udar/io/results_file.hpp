@@ -42,6 +42,7 @@ class ResultsFile {
  private:
   std::unique_ptr<Hdf5File> file_;
   NodeRange nodes_;
+  bool first_rank_ = false;
 };
 
 }  // namespace udar::io
