@@ -13,7 +13,7 @@ FITTED = "every second point of the growth series and of the pipelines on one ra
          "fewest and the most ranks, too; batch: one rank"
 STAGES = ("line_solve", "local_motion", "output", "other")
 SOLVE_BYTES = 26.0    # a node and solve (docs/theory.md, "Stretches")
-MOTION_BYTES = 184.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
+MOTION_BYTES = 176.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
 OTHER_BYTES = 400.0   # a node and step: new step's polynomial, start and end of a step
 WORKING_SET = 200.0   # bytes a node that a step comes back to
 CHECK_INTERVAL = 50   # solves between two checks of the residual (-filter_check_interval)
@@ -78,8 +78,10 @@ class Machine:
         return float(np.interp(place, sizes, [row["bandwidth"] for row in table])) / alike / turns
 
     def slowdown(self, ranks):
-        """Of arithmetic, by ranks that take turns and by a lower clock where all cores work."""
-        return self.turns(ranks) * self.blocks[1]["flops_per_rank"] / self.blocks[self.exclusive(ranks)]["flops_per_rank"]
+        """Of work on data in the nearest cache, by ranks that take turns and by what cores that all work share."""
+        alike = self.exclusive(ranks)
+        first = [self.blocks[count]["triad"][0]["bandwidth"] / count for count in (1, alike)]
+        return self.turns(ranks) * first[0] / first[1]
 
     def reduction(self, ranks):
         return self.blocks[ranks]["reduction_seconds"]["step"]["median"] if ranks > 1 else 0.0

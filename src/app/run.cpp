@@ -265,9 +265,8 @@ int run(MPI_Comm comm) {
   }
   print_warnings(input, line, modes, springs);
 
-  const io::RunLayout layout = make_layout(input, beam);
-  std::vector<std::unique_ptr<Observer>> observers =
-      io::make_run_writers(layout, input.output.directory, input.output.interval, input.output.field_interval);
+  std::vector<std::unique_ptr<Observer>> observers = io::make_run_writers(
+      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval);
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));

@@ -64,16 +64,26 @@ double ProblemStepper::enter_step(double longest) {
   return std::min({wished, last - begin_, longest});
 }
 
-void ProblemStepper::leave_step(const MassState& end, double length, double next) {
-  {
-    const petsc::WriteArray state{state_};
-    std::ranges::copy(end.position, state.values());
-    std::ranges::copy(end.velocity, state.values() + count_);
-  }
+void ProblemStepper::leave_step(double length, double next) {
+  const petsc::WriteArray written{state_};  // tells PETSc
   length_ = length;
   stepped_ = true;
   UDAR_CALL(TSSetTime(ts_, begin_ + length));
   UDAR_CALL(TSSetTimeStep(ts_, next));
+}
+
+void ProblemStepper::step(TS /*stepper*/) {
+  bool done = false;
+  try {
+    done = advance();
+  } catch (...) {
+    UDAR_CALL(VecCopy(start_state_, state_));
+    throw;
+  }
+  if (!done) {
+    UDAR_CALL(VecCopy(start_state_, state_));
+    UDAR_CALL(TSSetConvergedReason(ts_, TS_DIVERGED_STEP_REJECTED));
+  }
 }
 
 void ProblemStepper::begin_step() {

@@ -9,6 +9,7 @@
 #include "udar/contact/gap.hpp"
 #include "udar/dynamics/free_motion.hpp"
 #include "udar/dynamics/problem_stepper.hpp"
+#include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -41,7 +42,7 @@ class Chebyshev final : public ProblemStepper {
     set_default_tolerance(stepper, kTolerance);
   }
 
-  void step(TS /*stepper*/) override {
+  bool advance() override {
     const double step = enter_step(fullest_);
     if (line_.stretch.empty()) {
       equations_->evaluate(begin_, {start_, count_}, line_);
@@ -66,7 +67,13 @@ class Chebyshev final : public ProblemStepper {
       }
     }
     contact_->resolve(end, due, wf_ * wf_, next_.position, next_.velocity, line_.stretch);
-    leave_step(next_, length_, fullest_);
+    {
+      const petsc::WriteArray state{state_};
+      std::ranges::copy(next_.position, state.values());
+      std::ranges::copy(next_.velocity, state.values() + count_);
+    }
+    leave_step(length_, fullest_);
+    return true;
   }
 
   void view(TS /*stepper*/, PetscViewer viewer) const override {

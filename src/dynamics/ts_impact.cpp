@@ -232,32 +232,31 @@ class Impact final : public ProblemStepper {
       polynomial_step_ = length_;
       from_end_ = true;
       for (std::size_t i = 0; i < count_; ++i) {
-        line_[0][i] -= end_.position[i] - start_[i];
+        line_[0][i] -= end_[i] - start_[i];
       }
       release_if_large(touching_);
     }
     ProblemStepper::begin_step();
   }
 
-  void step(TS stepper) override {
+  bool advance() override {
     double step = enter_step(longest_);
     bool accepted = false;
     double next = step;
     for (int attempt = 0; !accepted; ++attempt) {
       if (attempt > kMostAttempts) {
-        UDAR_CALL(TSSetConvergedReason(stepper, TS_DIVERGED_STEP_REJECTED));
-        return;
+        return false;
       }
       const bool settled = sweep(step);
       if (settled) {
-        const petsc::Judgement judged = petsc::judge_step(stepper, step);
+        const petsc::Judgement judged = petsc::judge_step(ts_, step);
         accepted = judged.accepted;
         next = judged.next_step;
       } else {
         next = 0.5 * step;
       }
       if (!accepted) {
-        petsc::count_rejection(stepper);
+        petsc::count_rejection(ts_);
         const double cut = settled ? heavy_impact() * step : 0.0;
         if (cut > kShortestCut * step && cut < kLongestCut * step) {
           next = cut;
@@ -268,10 +267,11 @@ class Impact final : public ProblemStepper {
     }
     next_step_ = std::min(next, longest_);
     ++own_steps_;
-    leave_step(end_, step, next_step_);
+    leave_step(step, next_step_);
     const petsc::LogScope contact{petsc::log_events().contact};
     write_journal();
     track_line();
+    return true;
   }
 
   [[nodiscard]] Error error() const override { return {.norm = error_, .order = static_cast<int>(terms_)}; }
@@ -311,8 +311,8 @@ class Impact final : public ProblemStepper {
       contact_nodes += run.last - run.first;
     }
     // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
-    // predict: the line twice, moments written. A step: the state copied and written, ends read, the line counted anew.
-    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 12.0 * own_steps_);
+    // predict: the line twice, moments written. A step: the state copied, the line counted anew.
+    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 8.0 * own_steps_);
     // Who rests, and the line's distance at the end.
     const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
@@ -370,8 +370,7 @@ class Impact final : public ProblemStepper {
     }
     steady_[0].assign(count_, 0.0);
     steady_[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
-    end_.position.resize(count_);
-    end_.velocity.resize(count_);
+    end_ = petsc::WriteArray{state_}.values();  // stays where it is, too
     free_.fill(1.0);
     for (std::size_t j = 0; j < terms_; ++j) {
       for (std::size_t i = 0; i < terms_; ++i) {
@@ -699,8 +698,8 @@ class Impact final : public ProblemStepper {
     for (std::size_t j = 0; j < terms_; ++j) {
       set_moment(j, mass.node, 0.0);
     }
-    end_.position[mass.node] = mass.run->height;
-    end_.velocity[mass.node] = 0.0;
+    end_[mass.node] = mass.run->height;
+    end_[count_ + mass.node] = 0.0;
   }
 
   [[nodiscard]] Rows rows_from(std::size_t from) {
@@ -714,8 +713,8 @@ class Impact final : public ProblemStepper {
     rows.axis = equations_->axis().data() + from;
     rows.velocity = start_ + count_ + from;
     rows.free = free_.data();
-    rows.place = end_.position.data() + from;
-    rows.speed = end_.velocity.data() + from;
+    rows.place = end_ + from;
+    rows.speed = end_ + count_ + from;
     return rows;
   }
 
@@ -824,9 +823,9 @@ class Impact final : public ProblemStepper {
       }
       set_moment(j, node, next);
     }
-    end_.position[node] = rests != nullptr ? rests->height : start_[node] + outcome.displacement;
-    end_.velocity[node] = rests != nullptr ? 0.0 : outcome.velocity / step;
-    largest.finite = largest.finite && std::isfinite(end_.position[node]) && std::isfinite(end_.velocity[node]);
+    end_[node] = rests != nullptr ? rests->height : start_[node] + outcome.displacement;
+    end_[count_ + node] = rests != nullptr ? 0.0 : outcome.velocity / step;
+    largest.finite = largest.finite && std::isfinite(end_[node]) && std::isfinite(end_[count_ + node]);
     if (outcome.impacts > 0) {
       const auto bin = std::min(static_cast<std::size_t>(outcome.first_impact * kBins), kBins - 1);
       tally_.most[Tally::kink] =
@@ -942,7 +941,7 @@ class Impact final : public ProblemStepper {
   PetscInt moments_ = 4;
   std::size_t terms_ = 4;
   double longest_ = 0.0;
-  MassState end_;
+  double* end_ = nullptr;  // of the step at hand: the values of the TS's solution, which starts from `start_`
   std::array<std::vector<double>, kMostTerms> moment_;
   std::array<std::vector<double>, kMostTerms> line_;
   std::array<std::vector<double>, 2> steady_;

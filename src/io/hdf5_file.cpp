@@ -28,6 +28,8 @@ constexpr hsize_t kChunkBytes = hsize_t{1} << 20;
 constexpr hsize_t kChunkRowsMax = 64;
 /// Records in a chunk: some 64 KiB.
 constexpr hsize_t kChunkRecords = 1024;
+/// Records a rank writes in one call.
+constexpr std::uint64_t kRecordsAtATime = std::uint64_t{1} << 16;
 /// Space an index entry of a chunk takes at most, half-filled tree nodes and their parents included.
 constexpr hsize_t kIndexBytesPerChunk = 256;
 /// Space for what HDF5 adds by itself when it makes an object or extends one: headers, heaps, tree nodes.
@@ -475,7 +477,20 @@ void Hdf5File::append_records(const std::string& name, const void* records, std:
   Growing& data = growing_.at(name);
   spend(growth(name, all));
   extend(data, all);
-  write_block(data, data.rows + (rank_ == 0 ? 0 : first), count, 0, 1, records);
+  // A part at a time: HDF5 and MPI make copies of what they are given.
+  std::uint64_t parts = (own + kRecordsAtATime - 1) / kRecordsAtATime;
+  if (all > kRecordsAtATime) {
+    MPI_Allreduce(MPI_IN_PLACE, &parts, 1, MPI_UINT64_T, MPI_MAX, comm_);
+  } else {
+    parts = 1;
+  }
+  const std::size_t size = H5Tget_size(data.type);
+  for (std::uint64_t done = 0; parts > 0; --parts) {
+    const std::uint64_t now = std::min(own - done, kRecordsAtATime);
+    write_block(data, data.rows + (rank_ == 0 ? 0 : first) + done, now, 0, 1,
+                static_cast<const char*>(records) + done * size);
+    done += now;
+  }
   data.rows += all;
 }
 

@@ -28,6 +28,7 @@ class ProblemStepper : public petsc::TimeIntegrator, public Stepper {
  public:
   /// @throws InputError if no problem is composed with the TS
   void set_up(TS stepper) final;
+  void step(TS stepper) final;
   void roll_back(TS stepper) final;
   void interpolate(TS stepper, double time, Vec solution) final;
 
@@ -43,6 +44,9 @@ class ProblemStepper : public petsc::TimeIntegrator, public Stepper {
   static void set_default_tolerance(TS stepper, double rtol);
   /// Called once, when all members below are known.
   virtual void prepare() = 0;
+  /// Takes a step: from `enter_step` to `leave_step`. What it has put into the TS's solution is taken back if it throws
+  /// or fails. @return whether it succeeded
+  virtual bool advance() = 0;
   /// Forgets the step at hand; state and contact are already those of its start.
   virtual void take_back() = 0;
   /// `masses` at a time since the start of the step at hand.
@@ -51,8 +55,8 @@ class ProblemStepper : public petsc::TimeIntegrator, public Stepper {
 
   /// Keeps the state to start from. @return the step length wished for, at most `longest` and to the end of the run [s]
   double enter_step(double longest);
-  /// Puts the end of the step into the TS. @param length, next of this step and of the next [s]
-  void leave_step(const MassState& end, double length, double next);
+  /// Ends the step, whose end is in the TS's solution. @param length, next of this step and of the next [s]
+  void leave_step(double length, double next);
   [[nodiscard]] PetscInt steps() const;
   [[nodiscard]] SolveError not_finite() const;
 
