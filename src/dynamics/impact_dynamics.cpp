@@ -236,6 +236,10 @@ void ImpactDynamics::emit_snapshots(double until) {
       }
     }
   }
+  // 33 bytes per node, seldom needed.
+  shown_ = {};
+  shown_line_ = {};
+  shown_resting_ = {};
 }
 
 /// Fills what is shown at one time of the step; the stretch becomes the position of the line.

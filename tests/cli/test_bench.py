@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import subprocess
+import tempfile
 import unittest
 
 from common import ENVIRONMENT, UDAR
@@ -150,6 +151,25 @@ class Batch(unittest.TestCase):
             result = bench(*self.CASE, "-bench_group", group, ranks=ranks)
             self.assertEqual(result.returncode, 1)
             self.assertIn("-bench_group", result.stderr)
+
+
+class Output(unittest.TestCase):
+    def test_rows_against_plain_writes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for ranks in (1, 2):
+                run = bench("-bench_kind", "output", "-beam_elements", "20000", "-bench_repeats", "3",
+                            "-bench_directory", folder, ranks=ranks)
+                self.assertEqual(run.returncode, 0, run.stderr)
+                result = json.loads(run.stdout)
+                self.assertEqual(result["ranks"], ranks)
+                self.assertEqual(result["bytes_per_row"], 20001 * 33)
+                for kind in ("fields", "plain"):
+                    seconds = result[f"{kind}_seconds"]
+                    self.assertTrue(0.0 < seconds["low"] <= seconds["median"] <= seconds["high"])
+                    self.assertAlmostEqual(result[f"{kind}_bandwidth"] * seconds["median"] / (20001 * 33), 1.0)
+                ratio = result["plain_seconds"]["median"] / result["fields_seconds"]["median"]
+                self.assertAlmostEqual(result["fields_over_plain"] / ratio, 1.0)
+                self.assertEqual(os.listdir(folder), [])
 
 
 class Refused(unittest.TestCase):
