@@ -584,7 +584,8 @@ TEST(RunWriters, WriteAStepOfManyEventsFromAllRanksAtOnce) {
     }
     EXPECT_EQ(disorder, 0U);
     EXPECT_EQ(times[size], 2.0);
-    EXPECT_EQ(times[times.size() - size - 1], 1.0 + 100000 / static_cast<int>(size));
+    const int events_of_last = 100000 / static_cast<int>(size);
+    EXPECT_EQ(times[times.size() - size - 1], 1.0 + events_of_last);
   }
 }
 
