@@ -32,9 +32,8 @@ template <class Record>
   std::vector<Record> all(rank == 0 ? static_cast<std::size_t>(offsets.back() + counts.back()) : 0);
   MPI_Gatherv(records.data(), own, type, all.data(), counts.data(), offsets.data(), type, 0, comm);
   MPI_Type_free(&type);
-  std::stable_sort(all.begin(), all.end(), [](const Record& a, const Record& b) {
-    return a.time < b.time || (a.time == b.time && a.node < b.node);
-  });
+  std::ranges::stable_sort(
+      all, [](const Record& a, const Record& b) { return a.time < b.time || (a.time == b.time && a.node < b.node); });
   return all;
 }
 

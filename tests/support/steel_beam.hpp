@@ -74,7 +74,8 @@ class Recorder final : public Observer {
     const auto add = [](auto& kept, const auto& more) {
       const auto old = static_cast<std::ptrdiff_t>(kept.size());
       kept.insert(kept.end(), more.begin(), more.end());
-      std::stable_sort(kept.begin() + old, kept.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+      std::sort(kept.begin() + old, kept.end(),
+                [](const auto& a, const auto& b) { return a.time < b.time || (a.time == b.time && a.node < b.node); });
     };
     add(impacts, hits);
     add(rests, stops);
