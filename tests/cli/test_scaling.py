@@ -57,8 +57,11 @@ class Quick(unittest.TestCase):
         expected = ["growth"] * 3 + ["strong"] * 4 + ["weak"] * 4 + ["alone"] * 3
         self.assertEqual(list(table["series"]), expected)
         self.assertEqual([int(r) for r, s in zip(table["ranks"], table["series"]) if s == "weak"], RANKS)
-        for name in ("step_s", "bound_s", "model_s", "solves_per_s", "bytes_per_element"):
+        for name in ("step_s", "bound_s", "model_s", "solves_per_s"):
             self.assertGreater(min(table[name]), 0.0, name)
+        # The memory of a few hundred elements drowns in that of the program, which varies by some pages.
+        large = table["elements"] == max(table["elements"])
+        self.assertGreater(min(table["bytes_per_element"][large]), 100.0)
         self.assertEqual((self.out / "table.txt").read_text().splitlines()[0], self.text.split("\nhere: ")[1].join(
             ["here: ", ""]).splitlines()[0])
         self.assertEqual([batch["ranks"] for batch in self.result["batch"]], RANKS)
