@@ -234,6 +234,21 @@ template <std::size_t Terms>
 }
 // NOLINTEND(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
 
+/// Calls `body` with the number of terms as a constant.
+template <class Body>
+[[gnu::always_inline]] inline auto with_terms(std::size_t terms, const Body& body) {
+  switch (terms) {
+    case 2:
+      return body.template operator()<2>();
+    case 3:
+      return body.template operator()<3>();
+    case 4:
+      return body.template operator()<4>();
+    default:
+      return body.template operator()<5>();
+  }
+}
+
 }  // namespace
 
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
@@ -246,62 +261,26 @@ template <std::size_t Terms>
 UDAR_CLONES
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
                 Largest& largest) {
-  switch (2 * terms + (predict ? 1 : 0)) {
-    case 4:
-      return map_block<2, false>(rows, count, map, step, largest);
-    case 5:
-      return map_block<2, true>(rows, count, map, step, largest);
-    case 6:
-      return map_block<3, false>(rows, count, map, step, largest);
-    case 7:
-      return map_block<3, true>(rows, count, map, step, largest);
-    case 8:
-      return map_block<4, false>(rows, count, map, step, largest);
-    case 9:
-      return map_block<4, true>(rows, count, map, step, largest);
-    case 10:
-      return map_block<5, false>(rows, count, map, step, largest);
-    default:
-      return map_block<5, true>(rows, count, map, step, largest);
-  }
+  with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
+    return predict ? map_block<Terms, true>(rows, count, map, step, largest)
+                   : map_block<Terms, false>(rows, count, map, step, largest);
+  });
 }
 
 UDAR_CLONES
 void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
                   const Bounds& bounds) {
-  switch (2 * terms + (predict ? 1 : 0)) {
-    case 4:
-      return bound_block<2, false>(rows, count, reach, step, bounds);
-    case 5:
-      return bound_block<2, true>(rows, count, reach, step, bounds);
-    case 6:
-      return bound_block<3, false>(rows, count, reach, step, bounds);
-    case 7:
-      return bound_block<3, true>(rows, count, reach, step, bounds);
-    case 8:
-      return bound_block<4, false>(rows, count, reach, step, bounds);
-    case 9:
-      return bound_block<4, true>(rows, count, reach, step, bounds);
-    case 10:
-      return bound_block<5, false>(rows, count, reach, step, bounds);
-    default:
-      return bound_block<5, true>(rows, count, reach, step, bounds);
-  }
+  with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
+    return predict ? bound_block<Terms, true>(rows, count, reach, step, bounds)
+                   : bound_block<Terms, false>(rows, count, reach, step, bounds);
+  });
 }
 
 UDAR_CLONES
 void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
                   const Square& change) {
-  switch (terms) {
-    case 2:
-      return change_block<2>(line, count, change);
-    case 3:
-      return change_block<3>(line, count, change);
-    case 4:
-      return change_block<4>(line, count, change);
-    default:
-      return change_block<5>(line, count, change);
-  }
+  with_terms(terms, [&]<std::size_t Terms>()
+                        __attribute__((always_inline)) { return change_block<Terms>(line, count, change); });
 }
 
 UDAR_CLONES
@@ -320,16 +299,9 @@ void mark_near(const Nearness& of, std::size_t count, const double* position, co
 
 UDAR_CLONES
 double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side, const Square& bernstein) {
-  switch (terms) {
-    case 2:
-      return lowest_block<2>(rows, count, side, bernstein);
-    case 3:
-      return lowest_block<3>(rows, count, side, bernstein);
-    case 4:
-      return lowest_block<4>(rows, count, side, bernstein);
-    default:
-      return lowest_block<5>(rows, count, side, bernstein);
-  }
+  return with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
+    return lowest_block<Terms>(rows, count, side, bernstein);
+  });
 }
 
 }  // namespace udar
