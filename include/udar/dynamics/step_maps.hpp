@@ -1,0 +1,30 @@
+#pragma once
+/// @file
+/// What depends on the step's length alone: the maps and bounds of a mass's motion over it.
+
+#include <cstddef>
+
+#include "udar/dynamics/dense_map.hpp"
+
+namespace udar {
+
+/// @param angle wf h @param terms 2 to 5 @param until tau at which the map ends; its moments mean something at 1 only
+[[nodiscard]] DenseMap dense_map(double angle, std::size_t terms, double until = 1.0);
+
+/// @brief (1 - share line)^-1 by Neumann's series: |share line| <= angle^2 / 2.
+[[nodiscard]] Square sweep_gain(const Square& line, double share, std::size_t terms);
+
+/// @brief Bounds of the motion of `angle` = wf h.
+[[nodiscard]] Reach reach_of(double angle, std::size_t terms);
+
+/// @brief Bernstein coefficients of the Legendre polynomials on [0, 1]: [coefficient][polynomial].
+[[nodiscard]] Square legendre_bernstein(std::size_t terms);
+
+/// @brief Legendre coefficients on [0, 1] of L_old(offset + ratio tau): [new][old].
+[[nodiscard]] Square legendre_change(std::size_t terms, double offset, double ratio);
+
+/// @brief What the projection of the line's motion on `terms` polynomials misses of a kink of unit slope, as seen by
+/// the mass that causes it at the same time: the largest integral of the miss from the kink to the end.
+[[nodiscard]] double kink_integral(std::size_t terms);
+
+}  // namespace udar

@@ -1,0 +1,74 @@
+#pragma once
+/// @file
+/// What a sweep of the impact integrator works on.
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "udar/dynamics/dense_map.hpp"
+
+namespace udar {
+
+/// Nodes that are treated together, their values in cache.
+inline constexpr std::size_t kBlock = 512;
+
+/// @brief The attempt at a step at hand: this rank's masses at its start and end, and the motion of masses and line
+/// over it.
+struct Sweep {
+  std::size_t terms = 4;          ///< Legendre terms, 2 to 5
+  std::size_t count = 0;          ///< local nodes
+  double frequency = 0.0;         ///< wf [rad/s]
+  double begin = 0.0;             ///< [s]
+  double step = 0.0;              ///< [s]
+  bool predict = false;           ///< `line` is a guess, not what the line was solved for
+  const double* start = nullptr;  ///< Ym [m], then Vm [m/s]
+  double* end = nullptr;          ///< the same after the step
+  std::span<const double> axis;   ///< height of the reference axis [m]
+  std::span<const double> mass;   ///< [kg]
+  DenseMap map;                   ///< of this step
+  Reach reach;
+  std::array<std::vector<double>, kMostTerms> moment_rows;  ///< Legendre coefficients of Ym - axis [m]
+  std::array<std::vector<double>, kMostTerms> line_rows;    ///< of the line from Ym at the start [m]
+  std::array<std::vector<double>, 2> steady;  ///< what forces add to the first two of these; the second may be empty
+  std::array<double, kBlock> nothing{};
+  std::array<double, kBlock> all_free{};  ///< ones
+
+  /// The values of a block; all of its masses are free.
+  [[nodiscard]] Rows rows(std::size_t from) {
+    Rows rows{};
+    for (std::size_t j = 0; j < terms; ++j) {
+      rows.moment[j] = moment_rows[j].data() + from;
+      rows.line[j] = line_rows[j].data() + from;
+    }
+    rows.steady = {steady[0].data() + from, steady[1].empty() ? nothing.data() : steady[1].data() + from};
+    rows.position = start + from;
+    rows.axis = axis.data() + from;
+    rows.velocity = start + count + from;
+    rows.free = all_free.data();
+    rows.place = end + from;
+    rows.speed = end + count + from;
+    return rows;
+  }
+  [[nodiscard]] double angle() const noexcept { return frequency * step; }
+  /// Legendre coefficient of the displacement since the start of the step [m], as the line was solved for it.
+  [[nodiscard]] double moment(std::size_t j, std::size_t node) const {
+    return moment_rows[j][node] - (j == 0 ? start[node] - axis[node] : 0.0);
+  }
+  void set_moment(std::size_t j, std::size_t node, double value) {
+    moment_rows[j][node] = value + (j == 0 ? start[node] - axis[node] : 0.0);
+  }
+  /// The line's motion at a node in powers of tau, from Ym at the start [m].
+  [[nodiscard]] std::array<double, kMostTerms> line_powers(std::size_t node) const {
+    std::array<double, kMostTerms> powers{};
+    for (std::size_t j = 0; j < terms; ++j) {
+      for (std::size_t k = 0; k <= j; ++k) {
+        powers[k] += line_rows[j][node] * local::kLegendre[j][k];
+      }
+    }
+    return powers;
+  }
+};
+
+}  // namespace udar

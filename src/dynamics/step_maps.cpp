@@ -1,0 +1,151 @@
+#include "udar/dynamics/step_maps.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "udar/dynamics/local_motion.hpp"
+
+namespace udar {
+namespace {
+
+/// Bernstein coefficient `i` of a power series on [0, 1] up to `degree`.
+double bernstein(const double* series, std::size_t degree, std::size_t i) {
+  double sum = 0.0;
+  double share = 1.0;  // binomial(i, k) / binomial(degree, k)
+  for (std::size_t k = 0; k <= i; ++k) {
+    sum += share * series[k];
+    share *= k < degree ? static_cast<double>(i - k) / static_cast<double>(degree - k) : 0.0;
+  }
+  return sum;
+}
+
+/// Bernstein coefficients and what is beyond, of the power series of a mass on the line's motion P [m].
+void bound_series(double angle, const std::array<double, kMostTerms>& line, double velocity,
+                  std::array<double, kBounds>& bounds, double& rest) {
+  std::array<double, local::kMostPowers> series{};
+  series[1] = velocity;
+  for (std::size_t k = 0; k + 2 < series.size(); ++k) {
+    series[k + 2] =
+        angle * angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) / static_cast<double>((k + 1) * (k + 2));
+  }
+  rest = 0.0;
+  for (std::size_t k = kBounds; k < series.size(); ++k) {
+    rest += std::abs(series[k]);
+  }
+  for (std::size_t i = 0; i < kBounds; ++i) {
+    bounds[i] = bernstein(series.data(), kBounds - 1, i);
+  }
+}
+
+}  // namespace
+
+DenseMap dense_map(double angle, std::size_t terms, double until) {
+  DenseMap map;
+  local::Problem problem;
+  problem.angle = angle;
+  problem.terms = terms;
+  problem.powers = local::powers_for(angle);
+  problem.until = until;
+  problem.velocity = 1.0;
+  local::Outcome outcome = local::advance(problem);
+  map.start = outcome.moments;
+  map.place_of_start = outcome.displacement;
+  map.speed_of_start = outcome.velocity;
+  problem.velocity = 0.0;
+  for (std::size_t j = 0; j < terms; ++j) {
+    problem.line = local::kLegendre[j];
+    outcome = local::advance(problem);
+    for (std::size_t i = 0; i < terms; ++i) {
+      map.line[i][j] = outcome.moments[i];
+    }
+    map.place[j] = outcome.displacement;
+    map.speed[j] = outcome.velocity;
+  }
+  return map;
+}
+
+Square sweep_gain(const Square& line, double share, std::size_t terms) {
+  Square gain{};
+  Square power{};
+  for (std::size_t i = 0; i < terms; ++i) {
+    gain[i][i] = 1.0;
+    power[i][i] = 1.0;
+  }
+  for (int order = 0; order < 60; ++order) {
+    Square next{};
+    for (std::size_t i = 0; i < terms; ++i) {
+      for (std::size_t j = 0; j < terms; ++j) {
+        for (std::size_t k = 0; k < terms; ++k) {
+          next[i][j] += share * line[i][k] * power[k][j];
+        }
+        gain[i][j] += next[i][j];
+      }
+    }
+    power = next;
+  }
+  return gain;
+}
+
+Reach reach_of(double angle, std::size_t terms) {
+  Reach reach;
+  bound_series(angle, {}, 1.0, reach.start, reach.rest_of_start);
+  for (std::size_t j = 0; j < terms; ++j) {
+    bound_series(angle, local::kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
+  }
+  return reach;
+}
+
+Square legendre_bernstein(std::size_t terms) {
+  Square coefficients{};
+  for (std::size_t j = 0; j < terms; ++j) {
+    for (std::size_t i = 0; i < terms; ++i) {
+      coefficients[i][j] = bernstein(local::kLegendre[j].data(), terms - 1, i);
+    }
+  }
+  return coefficients;
+}
+
+Square legendre_change(std::size_t terms, double offset, double ratio) {
+  Square change{};
+  for (std::size_t old = 0; old < terms; ++old) {
+    // Legendre coefficients on [0, 1] of L_old(offset + ratio tau), by its powers.
+    std::array<double, kMostTerms> powers = local::kLegendre[old];
+    local::detail::shift(powers, terms, offset);
+    double scale = 1.0;
+    for (std::size_t k = 0; k < terms; ++k) {
+      powers[k] *= scale;
+      scale *= ratio;
+    }
+    for (std::size_t k = terms; k-- > 0;) {
+      const double share = powers[k] / local::kLegendre[k][k];
+      change[k][old] = share;
+      for (std::size_t i = 0; i <= k; ++i) {
+        powers[i] -= share * local::kLegendre[k][i];
+      }
+    }
+  }
+  return change;
+}
+
+double kink_integral(std::size_t terms) {
+  double largest = 0.0;
+  for (int k = 1; k < 100; ++k) {
+    const double at = 0.01 * k;
+    const double left = 1.0 - at;
+    const std::array<double, 2> ramp{0.0, 1.0};
+    const std::array<double, 1> one{1.0};
+    std::array<double, kMostTerms> of_ramp{};
+    std::array<double, kMostTerms> of_one{};
+    local::detail::add_moments(ramp.data(), 2, at, left, terms, of_ramp);
+    local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
+    double miss = 0.5 * left * left;
+    for (std::size_t j = 0; j < terms; ++j) {
+      miss -= of_ramp[j] * of_one[j] / static_cast<double>(2 * j + 1);
+    }
+    largest = std::max(largest, std::abs(miss));
+  }
+  return largest;
+}
+
+}  // namespace udar
