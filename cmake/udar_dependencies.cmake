@@ -1,4 +1,4 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, nlohmann_json. All headers are SYSTEM.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, nlohmann_json. All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
 find_package(MPI REQUIRED COMPONENTS C)
@@ -12,6 +12,7 @@ foreach(package UDAR_PETSC UDAR_SLEPC UDAR_HDF5)
 endforeach()
 
 find_package(nlohmann_json 3.10 REQUIRED)
+find_package(LAPACK REQUIRED)
 
 find_path(UDAR_METIS_INCLUDE_DIR metis.h)
 find_library(UDAR_METIS_LIBRARY metis)

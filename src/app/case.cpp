@@ -37,6 +37,8 @@ constexpr std::array kFormulations{Names<Formulation>{"mixed", Formulation::mixe
                                    Names<Formulation>{"hermite", Formulation::hermite}};
 constexpr std::array kSides{Names<SupportSide>{"below", SupportSide::below},
                             Names<SupportSide>{"above", SupportSide::above}};
+constexpr std::array kSurfaces{Names<ContactSurface>{"mass", ContactSurface::mass},
+                               Names<ContactSurface>{"line", ContactSurface::line}};
 constexpr std::array kWeightings{Names<Weighting>{"inclusive", Weighting::inclusive}};
 
 Numbers column(const io::Table& table, std::size_t index) {
@@ -366,6 +368,9 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
   group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
               "restitution e in v+ = -e v-; one, or one per support (the floor after the last support)");
+  group.choice<ContactSurface>("-contact_surface", input.contact.surface, kSurfaces,
+                               "who touches the supports: the masses, by the impact law, or the line, held off by "
+                               "contact forces without any restitution");
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");
   const std::size_t count = position.size();
@@ -378,6 +383,17 @@ void read_contact(MPI_Comm comm, Case& input) {
   if (count + (floor ? 1 : 0) > 0) {
     restitution = petsc::one_per("-contact_restitution", restitution, count + (floor ? 1 : 0),
                                  "one per support, the floor included");
+  }
+  if (input.contact.surface == ContactSurface::line) {
+    for (const double e : restitution) {
+      if (e != 1.0) {
+        std::ostringstream message;
+        message << "option -contact_restitution: " << e
+                << " is not allowed with -contact_surface line, expected 1: forces hold the massless line off, nothing "
+                   "hits and no coefficient applies";
+        throw InputError{message.str()};
+      }
+    }
   }
   for (std::size_t i = 0; i < count; ++i) {
     input.supports.push_back({.position = position[i],

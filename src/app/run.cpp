@@ -73,7 +73,8 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
       lists << load.time[i] << ' ' << load.force[i] << ';';
     }
   }
-  text << "segments " << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
+  text << (input.contact.surface == ContactSurface::line ? "line contact " : "") << "segments "
+       << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
        << std::hash<std::string>{}(lists.str());
   return text.str();
 }

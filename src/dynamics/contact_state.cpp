@@ -24,7 +24,7 @@ ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, 
       mass_{mass},
       supports_{std::move(supports)},
       parameters_{parameters},
-      runs_{contact_runs(beam, supports_)},
+      runs_{parameters.surface == ContactSurface::mass ? contact_runs(beam, supports_) : std::vector<ContactRun>{}},
       resting_(mass.size(), 0),
       impulse_(supports_.size(), 0.0) {
   line_gap_.gap = std::numeric_limits<double>::infinity();
@@ -139,6 +139,12 @@ void ContactState::begin_step() {
   impulse_before_ = impulse_;
   line_gap_before_ = line_gap_;
   all_events_ = {};
+  held_from_ = -1.0;
+}
+
+void ContactState::hold(double from, double until) {
+  held_from_ = held_from_ < 0.0 ? from : std::min(held_from_, from);
+  held_until_ = until;
 }
 
 void ContactState::undo() {
@@ -188,6 +194,10 @@ void ContactState::commit(double time, std::span<double> sums) {
   }
   if (rested && counts_.resting > 0) {
     counts_.last_contact_time = time;
+  }
+  if (held_from_ >= 0.0) {
+    counts_.first_contact_time = counts_.first_contact_time < 0.0 ? held_from_ : counts_.first_contact_time;
+    counts_.last_contact_time = held_until_;
   }
 }
 

@@ -23,6 +23,10 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
     displacement_[i] = mass_position[i] - axis_[i];
   }
   line_->solve(displacement_, loads_->force(time, work_), state.stretch, state.moment);
+  if (line_contact_ != nullptr) {
+    line_contact_->apply(mass_position, state.stretch, state.moment);
+    state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
+  }
 }
 
 void Equations::evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate) {

@@ -45,6 +45,7 @@ double multiple(PetscInt count, double interval) {
 ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
                                ContactParameters parameters)
     : equations_{&equations},
+      near_{contact_runs(equations.beam(), supports)},
       contact_{equations.beam(), equations.line().mass(), std::move(supports), parameters},
       problem_{.equations = equations_, .contact = &contact_},
       count_{static_cast<std::size_t>(equations.beam().local_nodes())} {
@@ -52,6 +53,10 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   const MassState masses = initial_masses(beam, initial);
   refuse_overlap(masses);
   problem_.scale = motion_scale(masses, initial);
+  if (parameters.surface == ContactSurface::line && !contact_.supports().empty()) {
+    line_contact_.emplace(equations_->line(), contact_.supports());
+    equations_->hold_line(&*line_contact_);
+  }
   UDAR_CALL(VecCreateMPI(beam.comm(), static_cast<PetscInt>(2 * count_), PETSC_DETERMINE, state_.put()));
   {
     const WriteArray access{state_};
@@ -61,10 +66,16 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   configure_stepper();
 }
 
+ImpactDynamics::~ImpactDynamics() {
+  if (line_contact_) {
+    equations_->hold_line(nullptr);
+  }
+}
+
 void ImpactDynamics::refuse_overlap(const MassState& masses) const {
   const BeamChain& beam = equations_->beam();
   std::string overlap;
-  for (const ContactRun& run : contact_.runs()) {
+  for (const ContactRun& run : near_) {
     for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
       const double gap = run.side * (masses.position[node] - run.height);
       if (gap < -contact_.together(masses.position[node], run.height)) {
@@ -91,7 +102,7 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
     largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
     largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
   }
-  for (const ContactRun& run : contact_.runs()) {
+  for (const ContactRun& run : near_) {
     for (std::size_t node = run.first; node < run.last; ++node) {
       largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height));
     }
@@ -111,6 +122,9 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
 /// `chebyshev`, 12 for `impact` whatever touches.
 TSType ImpactDynamics::default_type() const {
   constexpr PetscInt kFew = 10;
+  if (line_contact_) {
+    return kTsImpact;
+  }
   PetscInt nodes = 0;
   for (const ContactRun& run : contact_.runs()) {
     nodes += static_cast<PetscInt>(run.last - run.first);
@@ -269,6 +283,13 @@ void ImpactDynamics::snapshot(double time) {
   for (std::size_t i = 0; i < count_; ++i) {
     shown_line_.stretch[i] += shown_.position[i];
   }
+  if (line_contact_) {
+    for (const std::size_t point : line_contact_->mine()) {
+      if (shown_line_.contact_force[point] > 0.0) {
+        shown_resting_[line_contact_->local(point)] = 1;
+      }
+    }
+  }
 }
 
 void ImpactDynamics::tell_events() {
@@ -290,7 +311,7 @@ void ImpactDynamics::start() {
       equations_->evaluate(time_, {state.values(), count_}, line, true);
       ledger_ = equations_->energy(line, {state.values(), count_}, {state.values() + count_, count_});
       ledger_.initial = ledger_.total();
-      for (const ContactRun& run : contact_.runs()) {
+      for (const ContactRun& run : near_) {
         for (std::size_t node = run.first; node < run.last; ++node) {
           contact_.line_at(run.side * (state.values()[node] + line.stretch[node] - run.height), node, time_);
         }

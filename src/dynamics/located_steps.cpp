@@ -255,6 +255,37 @@ double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double th
   return run.side * (line - run.height);
 }
 
+/// Impulses of the forces that held the line in the step, by Simpson's rule: one more line solve.
+void LocatedSteps::track_line_contact() {
+  LineContact& contact = *equations_->line_contact();
+  const double length = end_.time - start_.time;
+  if (length <= 0.0) {
+    return;
+  }
+  std::vector<double> middle(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    middle[i] = polynomial(i).position(0.5);
+  }
+  LineState halfway;
+  equations_->evaluate(start_.time + 0.5 * length, middle, halfway);
+  for (const std::size_t i : contact.mine()) {
+    const LinePoint& point = contact.points()[i];
+    contact_->press(
+        point.support,
+        point.side * length / 6.0 * (start_.contact_force[i] + 4.0 * halfway.contact_force[i] + end_.contact_force[i]));
+    const std::size_t node = contact.local(i);
+    contact_->line_at(point.side * (end_values_[node] + end_.stretch[node] - point.height), node, end_.time);
+  }
+  const auto held = [](const LineState& state) {
+    return std::ranges::any_of(state.contact_force, [](double force) { return force > 0.0; });
+  };
+  const bool early = held(start_);
+  const bool late = held(end_);
+  if (early || late || held(halfway)) {
+    contact_->hold(early ? start_.time : halfway.time, late ? end_.time : halfway.time);
+  }
+}
+
 /// Smallest distance of the line, and what resting masses pressed.
 void LocatedSteps::track_contact() {
   const double length = end_.time - start_.time;
@@ -304,6 +335,9 @@ double LocatedSteps::end_step() {
     next_step_ = length;  // what the error control had accepted before the event cut the step
   }
   track_contact();
+  if (equations_->line_contact() != nullptr) {
+    track_line_contact();
+  }
   return time;
 }
 
@@ -371,6 +405,9 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
 
 void LocatedSteps::save(MotionState& state) const {
   state.fields["stretch"] = start_.stretch;
+  if (equations_->line_contact() != nullptr) {
+    state.tables["contact_force"] = start_.contact_force;
+  }
   state.scalars["repeated_steps"] = static_cast<double>(repeated_steps_);
   state.scalars["rhs_evaluations"] = static_cast<double>(evaluations_);
 }
@@ -378,7 +415,14 @@ void LocatedSteps::save(MotionState& state) const {
 void LocatedSteps::restore(const MotionState& state) {
   repeated_steps_ = static_cast<PetscInt>(state.scalar("repeated_steps"));
   evaluations_ = static_cast<PetscInt>(state.scalar("rhs_evaluations"));
-  start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}});
+  LineState line{.time = state.scalar("time"),
+                 .stretch = state.field("stretch", count_),
+                 .moment = {},
+                 .contact_force = {}};
+  if (equations_->line_contact() != nullptr) {
+    line.contact_force = state.tables.at("contact_force");
+  }
+  start(line);
 }
 
 }  // namespace udar

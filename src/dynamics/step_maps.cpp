@@ -128,22 +128,25 @@ Square legendre_change(std::size_t terms, double offset, double ratio) {
   return change;
 }
 
+double kink_miss(std::size_t terms, double at) {
+  const double left = 1.0 - at;
+  const std::array<double, 2> ramp{0.0, 1.0};
+  const std::array<double, 1> one{1.0};
+  std::array<double, kMostTerms> of_ramp{};
+  std::array<double, kMostTerms> of_one{};
+  local::detail::add_moments(ramp.data(), 2, at, left, terms, of_ramp);
+  local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
+  double miss = 0.5 * left * left;
+  for (std::size_t j = 0; j < terms; ++j) {
+    miss -= of_ramp[j] * of_one[j] / static_cast<double>(2 * j + 1);
+  }
+  return std::abs(miss);
+}
+
 double kink_integral(std::size_t terms) {
   double largest = 0.0;
   for (int k = 1; k < 100; ++k) {
-    const double at = 0.01 * k;
-    const double left = 1.0 - at;
-    const std::array<double, 2> ramp{0.0, 1.0};
-    const std::array<double, 1> one{1.0};
-    std::array<double, kMostTerms> of_ramp{};
-    std::array<double, kMostTerms> of_one{};
-    local::detail::add_moments(ramp.data(), 2, at, left, terms, of_ramp);
-    local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
-    double miss = 0.5 * left * left;
-    for (std::size_t j = 0; j < terms; ++j) {
-      miss -= of_ramp[j] * of_one[j] / static_cast<double>(2 * j + 1);
-    }
-    largest = std::max(largest, std::abs(miss));
+    largest = std::max(largest, kink_miss(terms, 0.01 * k));
   }
   return largest;
 }

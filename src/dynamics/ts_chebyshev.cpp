@@ -115,13 +115,18 @@ class Chebyshev final : public ProblemStepper {
   }
   void save(MotionState& state) const override { state.fields["stretch"] = line_.stretch; }
   void restore(const MotionState& state) override {
-    start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}});
+    start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}, .contact_force = {}});
   }
 
  private:
   static constexpr double kTolerance = 1e-14;
 
   void prepare() override {
+    if (equations_->line_contact() != nullptr) {
+      throw InputError{
+          "option -ts_type: chebyshev propagates what is linear between impacts, and the line that supports hold "
+          "(-contact_surface line) is not; choose impact or rk"};
+    }
     motion_.emplace(equations_->line());
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }

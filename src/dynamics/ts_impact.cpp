@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "udar/dynamics/line_forces.hpp"
 #include "udar/dynamics/problem_stepper.hpp"
 #include "udar/dynamics/step_maps.hpp"
 #include "udar/dynamics/sweep.hpp"
@@ -113,6 +114,9 @@ class Impact final : public ProblemStepper {
     leave_step(step, next_step_);
     const petsc::LogScope contact{petsc::log_events().contact};
     touching_->write_journal();
+    if (line_forces_) {
+      line_forces_->write_journal();
+    }
     touching_->track_line();
     return true;
   }
@@ -204,6 +208,9 @@ class Impact final : public ProblemStepper {
     sweep_.axis = equations_->axis();
     sweep_.mass = equations_->line().mass();
     touching_.emplace(sweep_, *contact_, equations_->beam());
+    if (equations_->line_contact() != nullptr) {
+      line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
+    }
   }
   void take_back() override { from_end_ = false; }  // the polynomial is that of the step taken back
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
@@ -272,7 +279,14 @@ class Impact final : public ProblemStepper {
         columns[j] = {.displacement = sweep_.moment_rows[j].data(), .stretch = sweep_.line_rows[j].data()};
       }
       equations_->line().solve({columns.data(), sweep_.terms});
+      if (line_forces_) {
+        const petsc::LogScope contact{petsc::log_events().contact};
+        line_forces_->apply();
+      }
       move(false);
+      if (line_forces_) {
+        line_forces_->tell(tally_);
+      }
       ++sweeps_;
       reduce_(tally_, equations_->beam().comm());
       if (tally_.most[Tally::broken] != 0.0) {
@@ -343,6 +357,7 @@ class Impact final : public ProblemStepper {
   double longest_ = 0.0;
   Sweep sweep_;
   std::optional<TouchingMasses> touching_;
+  std::optional<LineForces> line_forces_;
   bool steady_known_ = false;
   std::vector<double> work_;
   double kink_integral_ = 0.0;

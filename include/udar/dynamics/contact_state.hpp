@@ -24,9 +24,16 @@ void release_if_large(std::vector<Value>& list) {
   list.clear();
 }
 
+/// @brief Who touches the supports.
+enum class ContactSurface : std::uint8_t {
+  mass,  ///< the masses, by the impact law
+  line,  ///< the massless line, held off by contact forces; there is no restitution
+};
+
 /// @brief What shapes the treatment of contact.
 struct ContactParameters {
   double hop_tolerance = 1e-10;  ///< a mass whose next hop would stay below this rests instead [m], > 0
+  ContactSurface surface = ContactSurface::mass;
 };
 
 /// @brief Sums of contact over the whole run so far; equal on every rank.
@@ -54,6 +61,7 @@ struct LineGap {
 /// ranks and ends the step, `undo` takes them back.
 class ContactState {
  public:
+  /// Masses have supports to touch (`runs`) on `ContactSurface::mass` only.
   /// @param mass [kg], local nodes; must outlive this object
   /// @throws InputError as `contact_runs`
   ContactState(const BeamChain& beam, std::span<const double> mass, std::vector<Support> supports,
@@ -84,6 +92,8 @@ class ContactState {
   void release(const ContactRun& run, std::size_t node, double time);
   /// Adds what a support gave without an impact [N s], y up.
   void press(PetscInt support, double impulse) { impulse_[static_cast<std::size_t>(support)] += impulse; }
+  /// Some support held the line between these times [s]; equal on every rank.
+  void hold(double from, double until);
   /// Offers a distance of the line from a support. @param gap [m]
   void line_at(double gap, std::size_t node, double time);
   /// Energy that this rank's masses lost in the step before a time [J].
@@ -155,6 +165,8 @@ class ContactState {
   };
   std::vector<Loss> losses_;  // besides those of the impacts
   EventCounts all_events_;
+  double held_from_ = -1.0;  // negative: not held in this step
+  double held_until_ = -1.0;
 };
 
 }  // namespace udar

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/contact/line_contact.hpp"
 #include "udar/dynamics/initial_state.hpp"
 #include "udar/dynamics/observer.hpp"
 #include "udar/filter/filtered_line.hpp"
@@ -14,9 +15,10 @@ namespace udar {
 
 /// @brief Where the line stands at one time, one value per local node.
 struct LineState {
-  double time = 0.0;            ///< [s]
-  std::vector<double> stretch;  ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
-  std::vector<double> moment;   ///< [N m]; empty unless asked for
+  double time = 0.0;                  ///< [s]
+  std::vector<double> stretch;        ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
+  std::vector<double> moment;         ///< [N m]; empty unless asked for
+  std::vector<double> contact_force;  ///< of every contact point of the line, away from its support [N], on every rank
 };
 
 /// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
@@ -24,7 +26,11 @@ class Equations {
  public:
   Equations(FilteredLine& line, const Loads& loads, const InitialState& initial);
 
-  /// @brief Solves for the line at time t. @param[in] mass_position Ym [m] @note Collective.
+  /// Lets supports hold the line; null: nothing does. It must outlive its use.
+  void hold_line(LineContact* contact) noexcept { line_contact_ = contact; }
+  [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_; }
+
+  /// @brief Solves for the line at time t, held by its supports. @param[in] mass_position Ym [m] @note Collective.
   void evaluate(double time, std::span<const double> mass_position, LineState& state, bool with_moment = false);
 
   /// @brief d' = Yc' - Vm [m/s] just after time t. @param[in] mass_velocity Vm [m/s] @note Collective.
@@ -45,6 +51,7 @@ class Equations {
  private:
   FilteredLine* line_;
   const Loads* loads_;
+  LineContact* line_contact_ = nullptr;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
   std::vector<double> work_;          // loads, if they must be added up

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "udar/dynamics/contact_state.hpp"
@@ -30,10 +31,14 @@ struct RunCounts : ContactCounts {
 /// @note Options: all of `-ts_*`. Collective throughout. The referenced objects must outlive this one.
 class ImpactDynamics {
  public:
+  /// On `ContactSurface::line` the equations' line is held by the supports as long as this object lives.
   /// @throws InputError if a mass starts on the wrong side of a support, or `-ts_type` names an integrator that cannot
   /// be used
   ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
                  ContactParameters parameters = {});
+  ImpactDynamics(const ImpactDynamics&) = delete;
+  ImpactDynamics& operator=(const ImpactDynamics&) = delete;
+  ~ImpactDynamics();
 
   /// Adds a listener; it must outlive the run.
   void add_observer(Observer& observer);
@@ -91,6 +96,8 @@ class ImpactDynamics {
   static PetscErrorCode post_step_callback(TS stepper);
 
   Equations* equations_;
+  std::optional<LineContact> line_contact_;
+  std::vector<ContactRun> near_;  // nodes under supports, whoever touches
   ContactState contact_;
   ImpactProblem problem_;
   std::size_t count_;

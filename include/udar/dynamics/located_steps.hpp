@@ -52,6 +52,7 @@ class LocatedSteps final : public Stepper {
   [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
   double repeat_step(double time);
   void track_contact();
+  void track_line_contact();
   [[nodiscard]] Kinematics kinematics(std::size_t node, const double* state, const LineState& line) const;
   [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
   [[nodiscard]] double line_gap(const ContactRun& run, std::size_t node, double theta) const;

@@ -23,8 +23,10 @@ namespace udar {
 /// @brief Legendre coefficients on [0, 1] of L_old(offset + ratio tau): [new][old].
 [[nodiscard]] Square legendre_change(std::size_t terms, double offset, double ratio);
 
-/// @brief What the projection of the line's motion on `terms` polynomials misses of a kink of unit slope, as seen by
-/// the mass that causes it at the same time: the largest integral of the miss from the kink to the end.
+/// @brief What the projection of the line's motion on `terms` polynomials misses of a kink of unit slope at tau = `at`,
+/// as seen by a mass there: the integral of the miss from the kink to the end.
+[[nodiscard]] double kink_miss(std::size_t terms, double at);
+/// @brief The largest of these.
 [[nodiscard]] double kink_integral(std::size_t terms);
 
 }  // namespace udar

@@ -1,0 +1,52 @@
+#pragma once
+/// @file
+/// Small linear complementarity problems.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace udar {
+
+/// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with one symmetric positive definite W and many q.
+///
+/// Block principal pivoting: rows that violate their sign change sides all at once while that helps, one by one when it
+/// does not, which ends for every positive definite W. The factor of the active block is kept between solves.
+/// Source: Judice and Pires, Computers Ops Res. 21 (1994) 587; LAPACK's Cholesky factorisation.
+/// @note Not collective: equal input gives equal output on every rank.
+class Complementarity {
+ public:
+  /// @param matrix W, by rows, `size` squared
+  Complementarity(std::vector<double> matrix, std::size_t size);
+
+  /// @param[in] gap q; infinite: a row that never touches
+  /// @param[out] force r
+  /// @throws SolveError if q is not a number, or the pivoting does not end
+  void solve(std::span<const double> gap, std::span<double> force);
+
+  /// @brief r with r = -W_AA^-1 q_A on the rows that are active since the last solve and zero elsewhere: what a change
+  /// of q changes while nobody changes sides.
+  void respond(std::span<const double> gap, std::span<double> force) const;
+  /// q + W r.
+  void gaps(std::span<const double> gap, std::span<const double> force, std::span<double> result) const;
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// Rows with r > 0 allowed, ascending.
+  [[nodiscard]] const std::vector<std::size_t>& active() const noexcept { return active_; }
+  /// Where the next solve starts from, and what `respond` goes by: rows, ascending; empty at first.
+  void assume(std::vector<std::size_t> active);
+
+ private:
+  void factor();
+
+  std::vector<double> matrix_;
+  std::size_t size_;
+  std::vector<std::size_t> active_;
+  std::vector<std::size_t> factored_;  // rows of the factor
+  std::vector<double> factor_;         // by columns
+  std::vector<double> work_;
+  std::vector<double> result_;
+};
+
+}  // namespace udar

@@ -1,0 +1,91 @@
+#pragma once
+/// @file
+/// Contact of the massless line with its supports.
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "udar/contact/complementarity.hpp"
+#include "udar/contact/support.hpp"
+#include "udar/filter/filtered_line.hpp"
+
+namespace udar {
+
+/// @brief A node of the line and a support that may hold it.
+struct LinePoint {
+  PetscInt node = 0;     ///< global
+  PetscInt support = 0;  ///< index
+  double side = 1.0;     ///< +1 support below, -1 above: gap = side (y - height)
+  double height = 0.0;   ///< [m]
+};
+
+/// @brief The line held off its supports: Yc = argmin 1/2 Yc'(wf^2 M + C)Yc - (wf^2 M Ym + F)'Yc with Yc >= support at
+/// every node that a support touches; the multipliers are the contact forces.
+///
+/// The compliance of the line between all contact points is computed once, by a line solve for each; what then remains
+/// is a complementarity problem of their number, solved alike on every rank. Source: docs/theory.md, "Contact on the
+/// line"
+class LineContact {
+ public:
+  /// @note Collective: a line solve per contact point, one reduction.
+  /// @throws InputError as `contact_runs`, or for more contact points than `kMostPoints`
+  LineContact(FilteredLine& line, const std::vector<Support>& supports);
+
+  /// More would need more memory for the compliance than the line itself.
+  static constexpr std::size_t kMostPoints = 2000;
+
+  [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
+
+  /// @brief Values at the contact points, by point, then field, on every rank.
+  /// @param value of a field at a point's local node: value(local node, field)
+  /// @note Collective: one reduction.
+  template <class Value>
+  void gather(std::size_t fields, const Value& value, std::vector<double>& values) const {
+    values.assign(points_.size() * fields, 0.0);
+    for (const std::size_t i : mine_) {
+      for (std::size_t k = 0; k < fields; ++k) {
+        values[i * fields + k] = value(local(i), k);
+      }
+    }
+    sum(values);
+  }
+  /// Points on this rank's nodes, ascending.
+  [[nodiscard]] std::span<const std::size_t> mine() const noexcept { return mine_; }
+  /// Local node of such a point.
+  [[nodiscard]] std::size_t local(std::size_t point) const {
+    return static_cast<std::size_t>(points_[point].node - line_->beam().begin());
+  }
+
+  /// @brief Adds what contact forces do to the line.
+  /// @param force for every point: away from its support [N], `columns` of them one after the other for each point
+  /// @param stretch, moment of each column, local nodes; moments empty: not wanted
+  /// @note Collective: a line solve per column, none if all forces are zero.
+  void add(std::span<const double> force, std::span<double* const> stretch, std::span<double* const> moment);
+
+  /// @brief The line with contact for the line without, at one time.
+  /// @param[in] mass_position Ym [m] @param[in,out] stretch d = Yc - Ym [m] @param[in,out] moment [N m]; may be empty
+  /// @note Collective: one reduction and, in contact, one line solve.
+  void apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
+  /// Contact forces of the last `apply`, away from the supports [N], equal on every rank.
+  [[nodiscard]] std::span<const double> forces() const noexcept { return force_; }
+
+  /// The small problem: gaps of the free line [m] to forces [N].
+  [[nodiscard]] Complementarity& problem() noexcept { return *problem_; }
+
+ private:
+  void sum(std::vector<double>& values) const;
+
+  FilteredLine* line_;
+  std::vector<LinePoint> points_;
+  std::vector<std::size_t> mine_;  // points on this rank's nodes
+  std::optional<Complementarity> problem_;
+  std::vector<double> zero_;
+  std::vector<std::vector<double>> load_;        // work, by column
+  std::vector<std::vector<double>> correction_;  // work: stretch, then moment of each column
+  std::vector<double> gap_;
+  std::vector<double> force_;
+};
+
+}  // namespace udar

@@ -1,0 +1,61 @@
+#pragma once
+/// @file
+/// Contact of the line with its supports, in the sweeps of the impact integrator.
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "udar/contact/line_contact.hpp"
+#include "udar/dynamics/contact_state.hpp"
+#include "udar/dynamics/sweep.hpp"
+#include "udar/dynamics/sweep_tally.hpp"
+
+namespace udar {
+
+/// @brief Contact forces over a step as Legendre series in time.
+///
+/// The complementarity problem is solved at Gauss points of the step and the forces are projected. Where points begin
+/// or end to touch, the line's motion has a kink, which no polynomial shows: it is located, and its error is told, so
+/// that the step may be cut there. Source: docs/theory.md, "Contact on the line"
+class LineForces {
+ public:
+  /// All outlive this object.
+  LineForces(Sweep& sweep, LineContact& contact, ContactState& state);
+
+  /// @brief Adds to the free line, just solved for, what contact forces do to it.
+  /// @note Collective: one reduction and, in contact, one batch of line solves.
+  void apply();
+  /// Enters the kinks of the last `apply`.
+  void tell(Tally& tally) const;
+  /// Impulses, smallest distances and the time of contact of the accepted step.
+  void write_journal() const;
+
+ private:
+  static constexpr std::size_t kGauss = 8;
+
+  struct Kink {
+    double tau;
+    double jump;  // of the line's slope, largest of all points [m per step]
+  };
+  using Active = std::vector<std::size_t>;
+
+  void find_border_kink(const Active& inside, double at, double border);
+  void motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const;
+  [[nodiscard]] double first_change(const Active& active, double from, double to) const;
+  void add_kink(const Active& before, const Active& after, double tau);
+
+  Sweep* sweep_;
+  LineContact* contact_;
+  ContactState* state_;
+  double kink_integral_;
+  std::array<std::array<double, kMostTerms>, kGauss> legendre_{};  // at the Gauss points
+  std::vector<double> free_gap_;                                   // Legendre coefficients by point [m]
+  std::vector<double> force_;                                      // the same of the forces [N]
+  std::array<std::vector<double>, kGauss> force_at_;
+  std::array<Active, kGauss> active_;
+  std::vector<Kink> kinks_;
+  std::vector<double> gap_;  // work
+};
+
+}  // namespace udar

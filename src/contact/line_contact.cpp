@@ -1,0 +1,141 @@
+#include "udar/contact/line_contact.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
+
+namespace udar {
+namespace {
+
+constexpr std::size_t kColumns = 4;  // line solves side by side
+
+std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports) {
+  // Every rank lists the points of all ranks: there are few.
+  std::vector<LinePoint> points;
+  for (std::size_t index = 0; index < supports.size(); ++index) {
+    const Support& support = supports[index];
+    const auto [first, last] = touched_nodes(beam, support);
+    if (points.size() + static_cast<std::size_t>(last - first + 1) > LineContact::kMostPoints) {
+      throw InputError{"option -contact_surface: line takes at most " + std::to_string(LineContact::kMostPoints) +
+                       " contact nodes under all supports; choose narrower supports, fewer elements, or "
+                       "-contact_surface mass"};
+    }
+    for (PetscInt node = first; node <= last; ++node) {
+      if (!beam.held(node)) {
+        points.push_back({.node = node,
+                          .support = static_cast<PetscInt>(index),
+                          .side = static_cast<double>(support.side),
+                          .height = support.height});
+      }
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+LineContact::LineContact(FilteredLine& line, const std::vector<Support>& supports) : line_{&line} {
+  const BeamChain& beam = line.beam();
+  static_cast<void>(contact_runs(beam, supports));  // for its checks
+  points_ = contact_points(beam, supports);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {
+      mine_.push_back(i);
+    }
+  }
+  zero_.assign(line.mass().size(), 0.0);
+  const std::size_t count = points_.size();
+  std::vector<double> compliance(count * count, 0.0);
+  std::vector<std::vector<double>> load(kColumns, zero_);
+  std::vector<std::vector<double>> response(kColumns, zero_);
+  const auto is_mine = [&](std::size_t point) { return std::ranges::binary_search(mine_, point); };
+  for (std::size_t from = 0; from < count; from += kColumns) {
+    const std::size_t columns = std::min(kColumns, count - from);
+    std::array<chain::Column, kColumns> asked;
+    for (std::size_t k = 0; k < columns; ++k) {
+      if (is_mine(from + k)) {
+        load[k][local(from + k)] = points_[from + k].side;
+      }
+      asked[k] = {.displacement = zero_.data(), .force = load[k].data(), .stretch = response[k].data()};
+    }
+    line.solve({asked.data(), columns});
+    for (std::size_t k = 0; k < columns; ++k) {
+      for (const std::size_t i : mine_) {
+        compliance[i * count + from + k] = points_[i].side * response[k][local(i)];
+      }
+      if (is_mine(from + k)) {
+        load[k][local(from + k)] = 0.0;
+      }
+    }
+  }
+  sum(compliance);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      const double mean = 0.5 * (compliance[i * count + j] + compliance[j * count + i]);
+      compliance[i * count + j] = mean;
+      compliance[j * count + i] = mean;
+    }
+  }
+  problem_.emplace(std::move(compliance), count);
+  gap_.resize(count);
+  force_.resize(count);
+}
+
+void LineContact::sum(std::vector<double>& values) const {
+  const petsc::LogScope reduction{petsc::log_events().reduction};
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM,
+                line_->beam().comm());
+}
+
+void LineContact::add(std::span<const double> force, std::span<double* const> stretch,
+                      std::span<double* const> moment) {
+  if (std::ranges::all_of(force, [](double value) { return value == 0.0; })) {
+    return;
+  }
+  const std::size_t columns = stretch.size();
+  while (load_.size() < columns) {
+    load_.push_back(zero_);
+    correction_.push_back(zero_);
+    correction_.push_back(zero_);
+  }
+  std::vector<chain::Column> asked(columns);
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (const std::size_t i : mine_) {
+      load_[k][local(i)] += points_[i].side * force[i * columns + k];
+    }
+    asked[k] = {.displacement = zero_.data(), .force = load_[k].data(), .stretch = correction_[2 * k].data()};
+    if (!moment.empty()) {
+      asked[k].moment = correction_[2 * k + 1].data();
+    }
+  }
+  line_->solve(asked);
+  for (std::size_t k = 0; k < columns; ++k) {
+    for (const std::size_t i : mine_) {
+      load_[k][local(i)] = 0.0;
+    }
+    for (std::size_t i = 0; i < zero_.size(); ++i) {
+      stretch[k][i] += correction_[2 * k][i];
+      if (!moment.empty()) {
+        moment[k][i] += correction_[2 * k + 1][i];
+      }
+    }
+  }
+}
+
+void LineContact::apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment) {
+  gather(1, [&](std::size_t node, std::size_t /*field*/) { return mass_position[node] + stretch[node]; }, gap_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    gap_[i] = points_[i].side * (gap_[i] - points_[i].height);
+  }
+  problem_->assume({});
+  problem_->solve(gap_, force_);
+  const std::array<double*, 1> line{stretch.data()};
+  const std::array<double*, 1> bending{moment.data()};
+  add(force_, line, moment.empty() ? std::span<double* const>{} : std::span<double* const>{bending});
+}
+
+}  // namespace udar

@@ -1,0 +1,225 @@
+#include "udar/dynamics/line_forces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "udar/dynamics/step_maps.hpp"
+
+namespace udar {
+namespace {
+
+/// Gauss-Legendre points and weights on [0, 1]: exact to degree 15, twice what force times polynomial needs.
+/// Source: Abramowitz and Stegun, table 25.4.
+constexpr std::array<double, 8> kPoints{0.5 - 0.5 * 0.96028985649753623, 0.5 - 0.5 * 0.79666647741362674,
+                                        0.5 - 0.5 * 0.52553240991632899, 0.5 - 0.5 * 0.18343464249564980,
+                                        0.5 + 0.5 * 0.18343464249564980, 0.5 + 0.5 * 0.52553240991632899,
+                                        0.5 + 0.5 * 0.79666647741362674, 0.5 + 0.5 * 0.96028985649753623};
+constexpr std::array<double, 8> kWeights{
+    0.5 * 0.10122853629037626, 0.5 * 0.22238103445337447, 0.5 * 0.31370664587788729, 0.5 * 0.36268378337836198,
+    0.5 * 0.36268378337836198, 0.5 * 0.31370664587788729, 0.5 * 0.22238103445337447, 0.5 * 0.10122853629037626};
+
+double legendre(std::size_t j, double tau) { return local::detail::value(local::kLegendre[j].data(), j + 1, tau); }
+
+double legendre_slope(std::size_t j, double tau) {
+  return local::detail::slope(local::kLegendre[j].data(), j + 1, tau);
+}
+
+}  // namespace
+
+LineForces::LineForces(Sweep& sweep, LineContact& contact, ContactState& state)
+    : sweep_{&sweep}, contact_{&contact}, state_{&state}, kink_integral_{kink_integral(sweep.terms)} {
+  for (std::size_t q = 0; q < kGauss; ++q) {
+    for (std::size_t j = 0; j < sweep.terms; ++j) {
+      legendre_[q][j] = legendre(j, kPoints[q]);
+    }
+    force_at_[q].resize(contact.points().size());
+  }
+  gap_.resize(contact.points().size());
+}
+
+void LineForces::apply() {
+  const std::size_t terms = sweep_->terms;
+  const std::size_t count = contact_->points().size();
+  contact_->gather(
+      terms,
+      [&](std::size_t node, std::size_t j) {
+        const bool steady = j < 2 && !sweep_->steady[j].empty();
+        return sweep_->line_rows[j][node] + sweep_->moment(j, node) + (steady ? sweep_->steady[j][node] : 0.0) +
+               (j == 0 ? sweep_->start[node] : 0.0);
+      },
+      free_gap_);
+  for (std::size_t i = 0; i < count; ++i) {
+    const LinePoint& point = contact_->points()[i];
+    free_gap_[i * terms] -= point.height;
+    for (std::size_t j = 0; j < terms; ++j) {
+      free_gap_[i * terms + j] *= point.side;
+    }
+  }
+  force_.assign(count * terms, 0.0);
+  contact_->problem().assume({});
+  for (std::size_t q = 0; q < kGauss; ++q) {
+    for (std::size_t i = 0; i < count; ++i) {
+      gap_[i] = 0.0;
+      for (std::size_t j = 0; j < terms; ++j) {
+        gap_[i] += free_gap_[i * terms + j] * legendre_[q][j];
+      }
+    }
+    contact_->problem().solve(gap_, force_at_[q]);
+    active_[q] = contact_->problem().active();
+    for (const std::size_t i : active_[q]) {
+      for (std::size_t j = 0; j < terms; ++j) {
+        force_[i * terms + j] += static_cast<double>(2 * j + 1) * kWeights[q] * legendre_[q][j] * force_at_[q][i];
+      }
+    }
+  }
+  kinks_.clear();
+  for (std::size_t q = 0; q + 1 < kGauss; ++q) {
+    if (active_[q] != active_[q + 1]) {
+      const double tau = std::min(first_change(active_[q], kPoints[q], kPoints[q + 1]), kPoints[q + 1]);
+      add_kink(active_[q], active_[q + 1], tau);
+    }
+  }
+  find_border_kink(active_.front(), kPoints.front(), 0.0);
+  find_border_kink(active_.back(), kPoints.back(), 1.0);
+
+  std::array<double*, kMostTerms> line{};
+  for (std::size_t j = 0; j < terms; ++j) {
+    line[j] = sweep_->line_rows[j].data();
+  }
+  contact_->add(force_, {line.data(), terms}, {});
+}
+
+/// Before the first and after the last Gauss point.
+void LineForces::find_border_kink(const Active& inside, double at, double border) {
+  const double tau = first_change(inside, at, border);
+  if (std::abs(tau - at) >= std::abs(border - at)) {
+    return;
+  }
+  const double beyond = 0.5 * (tau + border);
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    gap_[i] = 0.0;
+    for (std::size_t j = 0; j < sweep_->terms; ++j) {
+      gap_[i] += free_gap_[i * sweep_->terms + j] * legendre(j, beyond);
+    }
+  }
+  std::vector<double> force(gap_.size());
+  contact_->problem().solve(gap_, force);
+  const Active outside = contact_->problem().active();
+  if (outside != inside) {
+    add_kink(inside, outside, tau);
+  }
+}
+
+/// Legendre coefficients of gaps and forces by point while these points touch.
+void LineForces::motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const {
+  const std::size_t terms = sweep_->terms;
+  const std::size_t count = gap_.size();
+  contact_->problem().assume(active);
+  gap.resize(count * terms);
+  force.resize(count * terms);
+  std::vector<double> column(count);
+  std::vector<double> forces(count);
+  std::vector<double> gaps(count);
+  for (std::size_t j = 0; j < terms; ++j) {
+    for (std::size_t i = 0; i < count; ++i) {
+      column[i] = free_gap_[i * terms + j];
+    }
+    contact_->problem().respond(column, forces);
+    contact_->problem().gaps(column, forces, gaps);
+    for (std::size_t i = 0; i < count; ++i) {
+      gap[i * terms + j] = gaps[i];
+      force[i * terms + j] = forces[i];
+    }
+  }
+}
+
+/// When, on the way from one time to another (which may be earlier), a force or an open gap turns negative; beyond the
+/// end: never.
+double LineForces::first_change(const Active& active, double from, double to) const {
+  const std::size_t terms = sweep_->terms;
+  std::vector<double> gap;
+  std::vector<double> force;
+  motion(active, gap, force);
+  const double length = std::abs(to - from);
+  const double direction = to > from ? 1.0 : -1.0;
+  double first = 2.0;
+  auto next = active.begin();
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    const bool touches = next != active.end() && *next == i;
+    next += touches ? 1 : 0;
+    const double* series = (touches ? force : gap).data() + i * terms;
+    std::array<double, kMostTerms> powers{};
+    for (std::size_t j = 0; j < terms; ++j) {
+      for (std::size_t k = 0; k <= j; ++k) {
+        powers[k] += series[j] * local::kLegendre[j][k];
+      }
+    }
+    local::detail::shift(powers, terms, from);
+    double sign = 1.0;
+    for (std::size_t k = 0; k < terms; ++k) {
+      powers[k] *= sign;
+      sign *= direction;
+    }
+    powers[0] = std::max(powers[0], 0.0);  // negative by rounding only
+    const double zero = local::first_zero(powers.data(), terms, length);
+    if (zero >= 0.0) {
+      first = std::min(first, zero);
+    }
+  }
+  return from + direction * first;
+}
+
+void LineForces::add_kink(const Active& before, const Active& after, double tau) {
+  const std::size_t terms = sweep_->terms;
+  std::vector<double> gap_before;
+  std::vector<double> gap_after;
+  std::vector<double> force;
+  motion(before, gap_before, force);
+  motion(after, gap_after, force);
+  double jump = 0.0;
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    double slope = 0.0;
+    for (std::size_t j = 1; j < terms; ++j) {
+      slope += (gap_after[i * terms + j] - gap_before[i * terms + j]) * legendre_slope(j, tau);
+    }
+    jump = std::max(jump, std::abs(slope));
+  }
+  kinks_.push_back({.tau = tau, .jump = jump});
+}
+
+void LineForces::tell(Tally& tally) const {
+  for (const Kink& kink : kinks_) {
+    const double missed = kink.jump * kink_miss(sweep_->terms, kink.tau) / kink_integral_;
+    const auto bin = std::min(static_cast<std::size_t>(kink.tau * kBins), kBins - 1);
+    tally.most[Tally::kink] = std::max(tally.most[Tally::kink], missed);
+    tally.kick[bin] += missed;
+    tally.first[bin] = std::min(tally.first[bin], kink.tau);
+  }
+}
+
+void LineForces::write_journal() const {
+  const std::size_t terms = sweep_->terms;
+  const std::size_t count = gap_.size();
+  for (const std::size_t i : contact_->mine()) {
+    const LinePoint& point = contact_->points()[i];
+    state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
+    for (std::size_t q = 0; q < kGauss; ++q) {
+      double gap = 0.0;
+      for (std::size_t j = 0; j < terms; ++j) {
+        gap += sweep_->line_rows[j][contact_->local(i)] * legendre_[q][j];
+      }
+      gap = point.side * (sweep_->start[contact_->local(i)] + gap - point.height);
+      state_->line_at(gap, contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+    }
+  }
+  const auto held = [](const Active& active) { return !active.empty(); };
+  const auto first = std::ranges::find_if(active_, held);
+  if (count > 0 && first != active_.end()) {
+    const auto last = std::ranges::find_if(active_.rbegin(), active_.rend(), held);
+    const auto at = [&](double tau) { return sweep_->begin + tau * sweep_->step; };
+    state_->hold(at(first == active_.begin() ? 0.0 : kPoints[static_cast<std::size_t>(first - active_.begin())]),
+                 at(last == active_.rbegin() ? 1.0 : kPoints[static_cast<std::size_t>(active_.rend() - last) - 1]));
+  }
+}
+
+}  // namespace udar
