@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -270,8 +271,12 @@ FilterParameters read_filter(MPI_Comm comm, Formulation formulation) {
   OptionGroup group{
       comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
   FilterParameters filter{.formulation = formulation};
-  const bool given = group.real("-filter_frequency", filter.filter_frequency, "rad/s", petsc::positive(),
-                                "filter frequency wf: all frequencies of the model fall below it; required");
+  std::string word;
+  const bool given =
+      group.real_or_word("-filter_frequency", filter.filter_frequency, word, {"none"}, "rad/s", petsc::positive(),
+                         "filter frequency wf: all frequencies of the model fall below it; none: the "
+                         "unfiltered beam, by -ts_type moreau with steps of -ts_dt; required");
+  filter.unfiltered = word == "none";
   group.integer("-filter_check_interval", filter.check_interval, petsc::non_negative(),
                 "every so many line solves the residual is checked; 0: never");
   group.real("-filter_residual_tolerance", filter.residual_tolerance, "-", petsc::positive(),
@@ -328,10 +333,19 @@ void read_initial(MPI_Comm comm, Case& input) {
   }
 }
 
+/// The longest step, at most `wished`, that divides the end of the run and, if that is possible too, the interval.
+double even_step(double wished, double interval, double end) {
+  constexpr double kWhole = 1e-9;  // far from an integer by less: decimal fractions that rounding has touched
+  const double rows = end / interval;
+  const bool both = interval > wished && std::abs(rows - std::round(rows)) < kWhole * rows;
+  const double whole = both ? interval : end;
+  return whole / std::ceil(whole / wished * (1.0 - kWhole));
+}
+
 /// The keys of PETSc's TS that every case needs: checked and explained here, read by the TS itself.
-void read_integration(MPI_Comm comm) {
+void read_integration(MPI_Comm comm, Case& input) {
   OptionGroup group{comm, "Integration (PETSc's TS; all of its keys apply)"};
-  double end = 1.0;
+  double& end = input.end_time;
   double rtol = 1e-8;
   double atol = 0.0;
   double step = 0.0;
@@ -341,8 +355,15 @@ void read_integration(MPI_Comm comm) {
   group.real("-ts_atol", atol, "m and m/s", petsc::positive(),
              "absolute error allowed per step; default rtol / 20 of the motion's own scale, for chebyshev and impact "
              "none besides rtol of it");
-  group.real("-ts_dt", step, "s", petsc::positive(),
-             "first step, or every step with -ts_adapt_type none; default 0.1 / wf");
+  const bool step_given = group.real("-ts_dt", step, "s", petsc::positive(),
+                                     "first step, or every step with -ts_adapt_type none; default 0.1 / wf; for "
+                                     "-ts_type moreau every step, shortened to divide -output_interval and the end");
+  if (input.filter.unfiltered) {
+    if (!step_given && !petsc::Session::help_requested()) {
+      throw InputError{"option -ts_dt is required with -filter_frequency none: a number > 0 [s]"};
+    }
+    input.filter.filter_frequency = 2.0 / even_step(step, input.output.interval, end);
+  }
 }
 
 void read_contact(MPI_Comm comm, Case& input) {
@@ -443,8 +464,8 @@ Case read_case(MPI_Comm comm) {
   input.filter = read_filter(comm, formulation);
   read_initial(comm, input);
   read_contact(comm, input);
-  read_integration(comm);
   read_output(comm, input);
+  read_integration(comm, input);
   return input;
 }
 

@@ -4,6 +4,7 @@
 
 #include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/dynamics/ts_impact.hpp"
+#include "udar/dynamics/ts_moreau.hpp"
 #include "udar/filter/pc_chain.hpp"
 
 /// PETSc calls this by name, made of the library's, when it loads libudar.
@@ -12,5 +13,6 @@ PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_udar() {
   PetscCall(udar::register_pc_chain());
   PetscCall(udar::register_ts_chebyshev());
   PetscCall(udar::register_ts_impact());
+  PetscCall(udar::register_ts_moreau());
   PetscFunctionReturn(0);
 }

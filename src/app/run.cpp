@@ -46,9 +46,10 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   const auto end = [&text](const BeamEnd& held) {
     text << held.translational_stiffness << '/' << held.rotational_stiffness << ' ';
   };
-  text << "nodes " << beam.nodes() << " wf " << input.filter.filter_frequency << " form "
-       << static_cast<int>(input.filter.formulation) << " gravity " << input.gravity << " axis " << input.initial.height
-       << '/' << input.initial.slope << " tension " << input.beam.tension << " ends ";
+  text << "nodes " << beam.nodes() << (input.filter.unfiltered ? " unfiltered" : "") << " wf "
+       << input.filter.filter_frequency << " form " << static_cast<int>(input.filter.formulation) << " gravity "
+       << input.gravity << " axis " << input.initial.height << '/' << input.initial.slope << " tension "
+       << input.beam.tension << " ends ";
   end(input.beam.left);
   end(input.beam.right);
   std::ostringstream lists;  // of any length: only their hash is kept

@@ -46,6 +46,9 @@ bool output_is_watched() {
 
 SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   const BeamChain& beam = line.beam();
+  if (line.parameters().unfiltered || input.contact.surface == ContactSurface::line) {
+    return {};  // nothing gives way
+  }
   const double wf2 = line.filter_frequency() * line.filter_frequency();
   const MassState masses = initial_masses(beam, input.initial);
   double stiffness = 0.0;
@@ -99,11 +102,15 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
                         "start: axis at %g m, slope %g, velocity %g m/s, angular velocity %g rad/s, gravity %g m/s^2\n",
                         input.initial.height, input.initial.slope, input.initial.velocity,
                         input.initial.angular_velocity, input.gravity));
-  UDAR_CALL(PetscPrintf(comm,
-                        "filter: wf %g rad/s, decay length %g m = %g elements, residual of the first solves %.1e\n",
-                        line.filter_frequency(), decay_length(beam, line.filter_frequency()),
-                        decay_length(beam, line.filter_frequency()) / beam.length() * static_cast<double>(elements),
-                        line.worst_residual()));
+  if (line.parameters().unfiltered) {
+    UDAR_CALL(PetscPrintf(comm, "filter: none, time step %g s\n", 2.0 / line.filter_frequency()));
+  } else {
+    UDAR_CALL(PetscPrintf(comm,
+                          "filter: wf %g rad/s, decay length %g m = %g elements, residual of the first solves %.1e\n",
+                          line.filter_frequency(), decay_length(beam, line.filter_frequency()),
+                          decay_length(beam, line.filter_frequency()) / beam.length() * static_cast<double>(elements),
+                          line.worst_residual()));
+  }
   if (line.chain() != nullptr) {
     UDAR_CALL(PetscPrintf(comm, "line solver: chain recursion (details: -filter_ksp_view)\n"));
   } else {
@@ -149,7 +156,7 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
 void print_warnings(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs) {
   const MPI_Comm comm = line.beam().comm();
-  if (!modes.empty() && modes.front().distortion() < -kWarningShare) {
+  if (!line.parameters().unfiltered && !modes.empty() && modes.front().distortion() < -kWarningShare) {
     UDAR_CALL(
         PetscFPrintf(comm, stderr,
                      "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "

@@ -1,8 +1,6 @@
 #include "udar/contact/complementarity.hpp"
 
-#include <petscsys.h>
-
-#include <petscblaslapack.h>  // after petscsys.h, which it needs
+#include <petscblaslapack.h>
 
 #include <algorithm>
 #include <cmath>

@@ -127,7 +127,9 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
 }
 
 void LineContact::apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment) {
-  gather(1, [&](std::size_t node, std::size_t /*field*/) { return mass_position[node] + stretch[node]; }, gap_);
+  gather(
+      1, [&](std::size_t point, std::size_t /*field*/) { return mass_position[local(point)] + stretch[local(point)]; },
+      gap_);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     gap_[i] = points_[i].side * (gap_[i] - points_[i].height);
   }

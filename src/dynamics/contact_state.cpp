@@ -47,17 +47,25 @@ void ContactState::set_resting(std::size_t node, PetscInt support) {
 }
 
 void ContactState::hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss) {
+  strike(run.support, node, time, before, after, mass_[node] * (after - before), loss);
+}
+
+void ContactState::strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
+                          double loss) {
   const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
-  const double impulse = mass_[node] * (after - before);
-  impacts_.push_back({.time = time,
-                      .node = global,
-                      .x = beam_->position(global),
-                      .support = run.support,
-                      .velocity_before = before,
-                      .velocity_after = after,
-                      .impulse = impulse,
-                      .energy_loss = loss});
-  press(run.support, impulse);
+  if (impulse * before < 0.0) {
+    impacts_.push_back({.time = time,
+                        .node = global,
+                        .x = beam_->position(global),
+                        .support = support,
+                        .velocity_before = before,
+                        .velocity_after = after,
+                        .impulse = impulse,
+                        .energy_loss = loss});
+  } else {
+    losses_.push_back({.time = time, .energy = loss});
+  }
+  press(support, impulse);
 }
 
 void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {

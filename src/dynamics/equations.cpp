@@ -1,5 +1,6 @@
 #include "udar/dynamics/equations.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace udar {
@@ -21,6 +22,13 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
   state.moment.resize(with_moment ? axis_.size() : 0);
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     displacement_[i] = mass_position[i] - axis_[i];
+  }
+  if (line_->parameters().unfiltered) {
+    std::ranges::fill(state.stretch, 0.0);
+    if (with_moment) {
+      line_->moments_of(displacement_, state.moment);
+    }
+    return;
   }
   line_->solve(displacement_, loads_->force(time, work_), state.stretch, state.moment);
   if (line_contact_ != nullptr) {

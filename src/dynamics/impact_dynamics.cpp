@@ -12,6 +12,7 @@
 #include "udar/dynamics/problem_stepper.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/dynamics/ts_impact.hpp"
+#include "udar/dynamics/ts_moreau.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/compat.hpp"
 #include "udar/petsc/error.hpp"
@@ -40,20 +41,29 @@ double multiple(PetscInt count, double interval) {
   return divides ? static_cast<double>(count) / per_unit : static_cast<double>(count) * interval;
 }
 
+/// Nothing but the line touches where masses and line are one.
+ContactParameters of_line(Equations& equations, ContactParameters parameters) {
+  if (equations.line().parameters().unfiltered) {
+    parameters.surface = ContactSurface::line;
+  }
+  return parameters;
+}
+
 }  // namespace
 
 ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
                                ContactParameters parameters)
     : equations_{&equations},
       near_{contact_runs(equations.beam(), supports)},
-      contact_{equations.beam(), equations.line().mass(), std::move(supports), parameters},
+      contact_{equations.beam(), equations.line().mass(), std::move(supports), of_line(equations, parameters)},
       problem_{.equations = equations_, .contact = &contact_},
       count_{static_cast<std::size_t>(equations.beam().local_nodes())} {
   const BeamChain& beam = equations_->beam();
   const MassState masses = initial_masses(beam, initial);
   refuse_overlap(masses);
   problem_.scale = motion_scale(masses, initial);
-  if (parameters.surface == ContactSurface::line && !contact_.supports().empty()) {
+  if (parameters.surface == ContactSurface::line && !equations.line().parameters().unfiltered &&
+      !contact_.supports().empty()) {
     line_contact_.emplace(equations_->line(), contact_.supports());
     equations_->hold_line(&*line_contact_);
   }
@@ -122,6 +132,9 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
 /// `chebyshev`, 12 for `impact` whatever touches.
 TSType ImpactDynamics::default_type() const {
   constexpr PetscInt kFew = 10;
+  if (equations_->line().parameters().unfiltered) {
+    return kTsMoreau;
+  }
   if (line_contact_) {
     return kTsImpact;
   }
@@ -138,6 +151,7 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSSetProblemType(ts_, TS_NONLINEAR));
   UDAR_CALL(register_ts_chebyshev());
   UDAR_CALL(register_ts_impact());
+  UDAR_CALL(register_ts_moreau());
   compose_problem(ts_, problem_);
   UDAR_CALL(TSSetType(ts_, default_type()));
   // -ts_rk_type alone asks for rk, and rk is 5dp here, not PETSc's 3bs.
@@ -173,6 +187,9 @@ void ImpactDynamics::configure_stepper() {
                      " is not allowed, expected a number > 0 [s]"};
   }
   stepper_ = stepper_inside(ts_);
+  if (equations_->line().parameters().unfiltered && (stepper_ == nullptr || !stepper_->fixed_step())) {
+    throw InputError{"option -ts_type: the unfiltered beam (-filter_frequency none) is integrated by moreau alone"};
+  }
   if (stepper_ != nullptr) {
     UDAR_CALL(TSSetUp(ts_));
   } else {
@@ -347,7 +364,7 @@ void ImpactDynamics::limit_step(double next_step) {
   const auto kink = std::ranges::upper_bound(kinks, time_ + time_resolution(time_));
   double step = std::min(next_step, end_time_ - time_);
   step_was_cut_ = false;
-  if (kink != kinks.end() && time_ + step > *kink) {
+  if (!stepper_->fixed_step() && kink != kinks.end() && time_ + step > *kink) {
     step = *kink - time_;
     step_was_cut_ = true;
   }

@@ -42,7 +42,8 @@ void LineForces::apply() {
   const std::size_t count = contact_->points().size();
   contact_->gather(
       terms,
-      [&](std::size_t node, std::size_t j) {
+      [&](std::size_t point, std::size_t j) {
+        const std::size_t node = contact_->local(point);
         const bool steady = j < 2 && !sweep_->steady[j].empty();
         return sweep_->line_rows[j][node] + sweep_->moment(j, node) + (steady ? sweep_->steady[j][node] : 0.0) +
                (j == 0 ? sweep_->start[node] : 0.0);

@@ -415,10 +415,8 @@ void LocatedSteps::save(MotionState& state) const {
 void LocatedSteps::restore(const MotionState& state) {
   repeated_steps_ = static_cast<PetscInt>(state.scalar("repeated_steps"));
   evaluations_ = static_cast<PetscInt>(state.scalar("rhs_evaluations"));
-  LineState line{.time = state.scalar("time"),
-                 .stretch = state.field("stretch", count_),
-                 .moment = {},
-                 .contact_force = {}};
+  LineState line{
+      .time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}, .contact_force = {}};
   if (equations_->line_contact() != nullptr) {
     line.contact_force = state.tables.at("contact_force");
   }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "udar/filter/pc_chain.hpp"
+#include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -488,6 +489,49 @@ void FilteredLine::right_hand_side(const chain::Column& column) {
     }
   }
   UDAR_CALL(VecRestoreArrayWrite(right_hand_side_, &values));
+}
+
+void FilteredLine::moments_of(std::span<const double> line_displacement, std::span<double> moment) {
+  const std::size_t count = mass_.size();
+  if (moment_solver_ == nullptr) {
+    if (parameters_.formulation != Formulation::mixed) {
+      throw InputError{"option -beam_formulation: moments of a given line need the mixed form"};
+    }
+    // Every second unknown of the mixed form: -S, and 1 where a moment is known to be zero.
+    petsc::Matrix pointwise;
+    petsc::Matrix bending;
+    petsc::IndexSet rows;
+    UDAR_CALL(MatConvert(matrix(), MATAIJ, MAT_INITIAL_MATRIX, pointwise.put()));
+    UDAR_CALL(ISCreateStride(beam_->comm(), beam_->local_nodes(), 2 * beam_->begin() + 1, 2, rows.put()));
+    UDAR_CALL(MatCreateSubMatrix(pointwise, rows, rows, MAT_INITIAL_MATRIX, bending.put()));
+    UDAR_CALL(MatCreateVecs(bending, moment_unknowns_.put(), moment_right_.put()));
+    UDAR_CALL(KSPCreate(beam_->comm(), moment_solver_.put()));
+    UDAR_CALL(KSPSetOptionsPrefix(moment_solver_, "filter_moment_"));
+    UDAR_CALL(KSPSetOperators(moment_solver_, bending, bending));
+    // Default: GMRES and ILU(0) of every rank's block, exact on one rank; entries of S off its diagonal are at most
+    // half of it, so ranks know little of each other.
+    UDAR_CALL(KSPSetTolerances(moment_solver_, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+    UDAR_CALL(KSPSetFromOptions(moment_solver_));
+  }
+  right_hand_side({.displacement = line_displacement.data()});
+  {
+    const petsc::ReadArray all{right_hand_side_};
+    const petsc::WriteArray right{moment_right_};
+    for (std::size_t i = 0; i < count; ++i) {
+      right.values()[i] = all.values()[2 * i + 1];
+    }
+  }
+  UDAR_CALL(KSPSolve(moment_solver_, moment_right_, moment_unknowns_));
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  UDAR_CALL(KSPGetConvergedReason(moment_solver_, &reason));
+  if (reason <= 0) {
+    throw SolveError{std::string{"the solve for bending moments did not converge: "} + KSPConvergedReasons[reason] +
+                     " (see -filter_moment_ksp_monitor)"};
+  }
+  const petsc::ReadArray solution{moment_unknowns_};
+  for (std::size_t i = 0; i < count; ++i) {
+    moment[i] = solution.values()[i] * line_.scale[2 * i + 1];
+  }
 }
 
 void FilteredLine::solve_by_ksp(const chain::Column& column) {

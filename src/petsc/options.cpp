@@ -22,7 +22,7 @@ constexpr std::array kOwnGroups = {"beam_",  "structure_", "filter_",  "support_
 constexpr std::array kSolverGroups = {"filter_ksp_",       "filter_pc_",         "filter_mat_",    "filter_sub_",
                                       "filter_mg_",        "filter_eps_",        "filter_st_",     "filter_redundant_",
                                       "filter_telescope_", "filter_fieldsplit_", "filter_esteig_", "filter_inner_",
-                                      "filter_schwarz_"};
+                                      "filter_schwarz_",   "filter_moment_"};
 
 std::set<std::string>& known_keys() {
   static std::set<std::string> keys;
@@ -123,14 +123,15 @@ void OptionGroup::help(const char* key, const std::string& now, const std::strin
   }
 }
 
-bool OptionGroup::reals(const char* key, std::vector<double>& values, const char* unit, Range range, const char* text) {
-  help(key, joined<double>(values, number), "number" + with_unit(unit) + ", " + range.text(), text);
+bool OptionGroup::reals(const char* key, std::vector<double>& values, const char* unit, Range range, const char* text,
+                        const std::string& or_else) {
+  help(key, joined<double>(values, number), "number" + with_unit(unit) + ", " + range.text() + or_else, text);
   bool given = false;
   const std::vector<std::string> words = raw(key, given);
   if (!given) {
     return false;
   }
-  const std::string expected = "a number " + range.text() + with_unit(unit);
+  const std::string expected = "a number " + range.text() + with_unit(unit) + or_else;
   if (words.empty()) {
     refuse(key, "", expected);
   }
@@ -155,6 +156,27 @@ bool OptionGroup::real(const char* key, double& value, const char* unit, Range r
   }
   value = values.front();
   return given;
+}
+
+bool OptionGroup::real_or_word(const char* key, double& value, std::string& word, const std::vector<std::string>& words,
+                               const char* unit, Range range, const char* text) {
+  bool given = false;
+  const std::vector<std::string> asked = raw(key, given);
+  if (!print_help_ && asked.size() == 1 && std::ranges::find(words, asked.front()) != words.end()) {
+    word = asked.front();
+    return true;
+  }
+  std::string or_else;
+  for (const std::string& allowed : words) {
+    or_else += " or " + allowed;
+  }
+  std::vector<double> values{value};
+  const bool numeric = reals(key, values, unit, range, text, or_else);
+  if (values.size() != 1) {
+    throw InputError{std::string{"option "} + key + " takes one value, " + std::to_string(values.size()) + " given"};
+  }
+  value = values.front();
+  return numeric;
 }
 
 bool OptionGroup::integers(const char* key, std::vector<PetscInt>& values, Range range, const char* text) {

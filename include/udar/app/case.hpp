@@ -40,6 +40,7 @@ struct Case {
   std::vector<double> gauges;  ///< [m]
   OutputParameters output;
   RestartParameters restart;
+  double end_time = 1.0;  ///< [s]
   bool view = false;
 };
 

@@ -2,6 +2,8 @@
 /// @file
 /// Small linear complementarity problems.
 
+#include <petscsys.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>

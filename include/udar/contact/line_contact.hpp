@@ -39,14 +39,14 @@ class LineContact {
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
 
   /// @brief Values at the contact points, by point, then field, on every rank.
-  /// @param value of a field at a point's local node: value(local node, field)
+  /// @param value of a field at a point of this rank: value(point, field)
   /// @note Collective: one reduction.
   template <class Value>
   void gather(std::size_t fields, const Value& value, std::vector<double>& values) const {
     values.assign(points_.size() * fields, 0.0);
     for (const std::size_t i : mine_) {
       for (std::size_t k = 0; k < fields; ++k) {
-        values[i * fields + k] = value(local(i), k);
+        values[i * fields + k] = value(i, k);
       }
     }
     sum(values);

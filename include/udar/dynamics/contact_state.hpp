@@ -87,6 +87,9 @@ class ContactState {
   void expect(std::size_t impacts) { impacts_.reserve(impacts); }
   /// @param before, after velocity of the mass [m/s], y up @param loss [J]
   void hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss);
+  /// An impulse that all masses share in [N s], y up; it counts as an impact where the mass moved towards the support.
+  void strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
+              double loss);
   /// @param loss of energy besides that of an impact [J]
   void rest(const ContactRun& run, std::size_t node, double time, double loss = 0.0);
   void release(const ContactRun& run, std::size_t node, double time);

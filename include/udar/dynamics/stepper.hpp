@@ -61,6 +61,8 @@ class Stepper {
   virtual void return_to_start() = 0;
   /// Step length to go on with [s], before limits from outside.
   [[nodiscard]] virtual double next_step() const = 0;
+  /// Whether no other length will do.
+  [[nodiscard]] virtual bool fixed_step() const { return false; }
 
   /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
   virtual void masses(double time, std::span<double> position, std::span<double> velocity,

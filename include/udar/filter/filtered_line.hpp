@@ -27,6 +27,8 @@ struct FilterParameters {
   Formulation formulation = Formulation::mixed;
   PetscInt check_interval = 50;      ///< every so many solves the residual is computed; 0: never
   double residual_tolerance = 1e-8;  ///< largest normwise backward error that passes the check [-]
+  /// The masses are those of the line itself; wf is 2 / time step, for `-ts_type moreau` alone.
+  bool unfiltered = false;
 };
 
 /// @brief The massless elastic line on its filter springs, as a distributed block-2 operator under a PETSc `KSP`.
@@ -63,6 +65,12 @@ class FilteredLine {
   /// @brief The same for several columns at once: the factor is read once for four, or for the pair that is left.
   /// @param columns displacement, force, stretch, moment; the same of them given in all
   void solve(std::span<const chain::Column> columns);
+
+  /// @brief Bending moments of a line that stands at given places: S mu = T w. @param[in] line_displacement Yc minus
+  /// the reference axis [m] @param[out] moment [N m]
+  /// @note Collective: a solve with S, a well conditioned tridiagonal matrix; options `-filter_moment_ksp_*`.
+  /// @throws InputError in the Hermite form; SolveError if the solver diverges
+  void moments_of(std::span<const double> line_displacement, std::span<double> moment);
 
   /// @brief Elastic energy of the line: bending, shear, tension, foundation and end springs [J], this rank's share.
   /// @param[in] line_displacement Yc minus the reference axis [m], @param[in] moment [N m]
@@ -141,6 +149,9 @@ class FilteredLine {
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;
   petsc::Vector residual_;
+  petsc::LinearSolver moment_solver_;
+  petsc::Vector moment_right_;
+  petsc::Vector moment_unknowns_;
   std::vector<double> checked_moment_;
   double matrix_norm_ = 0.0;
   PetscInt solves_ = 0;

@@ -51,6 +51,7 @@ class Handle {
 
 using Vector = Handle<Vec, VecDestroy>;
 using Matrix = Handle<Mat, MatDestroy>;
+using IndexSet = Handle<IS, ISDestroy>;
 using LinearSolver = Handle<KSP, KSPDestroy>;
 using TimeStepper = Handle<TS, TSDestroy>;
 

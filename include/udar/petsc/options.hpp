@@ -47,10 +47,14 @@ class OptionGroup {
   /// @param unit SI unit, or "-" for a pure number
   /// @return whether the key was given
   bool real(const char* key, double& value, const char* unit, Range range, const char* text);
+  /// A number, or one of some words, which then leaves the number as it is.
+  bool real_or_word(const char* key, double& value, std::string& word, const std::vector<std::string>& words,
+                    const char* unit, Range range, const char* text);
   bool integer(const char* key, PetscInt& value, Range range, const char* text);
   bool boolean(const char* key, bool& value, const char* text);
   bool string(const char* key, std::string& value, const char* text);
-  bool reals(const char* key, std::vector<double>& values, const char* unit, Range range, const char* text);
+  bool reals(const char* key, std::vector<double>& values, const char* unit, Range range, const char* text,
+             const std::string& or_else = {});
   bool integers(const char* key, std::vector<PetscInt>& values, Range range, const char* text);
   bool strings(const char* key, std::vector<std::string>& values, const char* text);
 

@@ -1,0 +1,165 @@
+#include "udar/dynamics/ts_moreau.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "udar/contact/line_contact.hpp"
+#include "udar/dynamics/problem_stepper.hpp"
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
+
+namespace udar {
+namespace {
+
+class Moreau final : public ProblemStepper {
+ public:
+  void set_from_options(TS /*stepper*/, PetscOptionItems* /*PetscOptionsObject*/) override {}
+
+  void start(const LineState& /*line*/) override { ProblemStepper::begin_step(); }
+
+  bool advance() override {
+    enter_step(step_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      guess_[i] = start_[i] + 0.5 * step_ * start_[count_ + i];
+      displacement_[i] = guess_[i] - equations_->axis()[i];
+    }
+    equations_->line().solve(displacement_, equations_->loads().force(begin_ + 0.5 * step_, work_), stretch_, {});
+    hold();
+    double zero = 0.0;  // stays zero unless some value is not finite
+    {
+      const petsc::WriteArray end{state_};
+      for (std::size_t i = 0; i < count_; ++i) {
+        end.values()[i] = start_[i] + step_ * start_[count_ + i] + 2.0 * stretch_[i];
+        end.values()[count_ + i] = start_[count_ + i] + 4.0 / step_ * stretch_[i];
+        zero += 0.0 * end.values()[count_ + i];
+      }
+    }
+    throw_together<SolveError>(equations_->beam().comm(), zero == 0.0 ? std::string{} : not_finite().what());
+    // Times are multiples of the step: thousands of sums would leave a sliver of a step at the end.
+    leave_step((std::round(begin_ / step_) + 1.0) * step_ - begin_, step_);
+    write_journal();
+    return true;
+  }
+
+  void view(TS /*stepper*/, PetscViewer viewer) const override {
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  Moreau-Jean scheme: step %g s, theta 1/2, %d contact nodes\n", step_,
+                                     static_cast<int>(contact_nodes_ ? contact_nodes_->points().size() : 0)));
+  }
+
+  [[nodiscard]] double next_step() const override { return step_; }
+  [[nodiscard]] bool fixed_step() const override { return true; }
+
+  /// The nodes move evenly between the ends of a step.
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    const double elapsed = std::clamp(until - begin_, 0.0, length_);
+    return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
+  }
+
+  void save(MotionState& /*state*/) const override {}
+  void restore(const MotionState& /*state*/) override { ProblemStepper::begin_step(); }
+
+ private:
+  void prepare() override {
+    if (!equations_->line().parameters().unfiltered) {
+      throw InputError{"option -ts_type: moreau integrates the unfiltered beam; it needs -filter_frequency none"};
+    }
+    step_ = 2.0 / wf_;
+    guess_.resize(count_);
+    displacement_.resize(count_);
+    stretch_.resize(count_);
+    if (!contact_->supports().empty()) {
+      contact_nodes_.emplace(equations_->line(), contact_->supports());
+      force_.resize(contact_nodes_->points().size());
+    }
+  }
+  void take_back() override {}
+  void within(double elapsed, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    const petsc::ReadArray end{state_};
+    const double share = length_ > 0.0 ? elapsed / length_ : 1.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      position[i] = (1.0 - share) * start_[i] + share * end.values()[i];
+      velocity[i] = (1.0 - share) * start_[count_ + i] + share * end.values()[count_ + i];
+      resting[i] = 0;
+    }
+    if (contact_nodes_) {
+      for (const std::size_t point : contact_nodes_->mine()) {
+        resting[contact_nodes_->local(point)] |= static_cast<std::uint8_t>(force_[point] > 0.0);
+      }
+    }
+  }
+
+  /// v+ >= -e v- where a support is reached in this step. As v+ = v- + (4/h) d with the stretch d from y + h/2 v-, that
+  /// is d >= -(h/4)(1 + e) v-: the line held off a support, and the impulse over the step's length is the force.
+  void hold() {
+    if (!contact_nodes_) {
+      return;
+    }
+    const petsc::LogScope scope{petsc::log_events().contact};
+    enum Field : std::size_t { guess, gap, fields };
+    const auto& points = contact_nodes_->points();
+    std::vector<double> values;
+    contact_nodes_->gather(
+        fields,
+        [&](std::size_t point, std::size_t field) {
+          const std::size_t node = contact_nodes_->local(point);
+          const double e = contact_->supports()[static_cast<std::size_t>(points[point].support)].restitution;
+          return field == guess ? guess_[node] : stretch_[node] + 0.25 * step_ * (1.0 + e) * start_[count_ + node];
+        },
+        values);
+    std::vector<double> gaps(points.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double* of = values.data() + i * fields;
+      if (points[i].side * (of[guess] - points[i].height) <= 0.0) {
+        gaps[i] = points[i].side * of[gap];
+      }
+    }
+    contact_nodes_->problem().assume({});
+    contact_nodes_->problem().solve(gaps, force_);
+    const std::array<double*, 1> line{stretch_.data()};
+    contact_nodes_->add(force_, line, {});
+  }
+
+  [[nodiscard]] double mean_velocity(std::size_t node) const {
+    return start_[count_ + node] + 2.0 / step_ * stretch_[node];
+  }
+
+  void write_journal() {
+    if (!contact_nodes_) {
+      return;
+    }
+    const petsc::ReadArray end{state_};
+    for (const std::size_t i : contact_nodes_->mine()) {
+      const LinePoint& point = contact_nodes_->points()[i];
+      const std::size_t node = contact_nodes_->local(i);
+      contact_->line_at(point.side * (end.values()[node] - point.height), node, begin_ + length_);
+      if (force_[i] > 0.0) {
+        const double impulse = point.side * force_[i] * step_;
+        contact_->strike(point.support, node, begin_ + 0.5 * step_, start_[count_ + node], end.values()[count_ + node],
+                         impulse, -impulse * mean_velocity(node));
+      }
+    }
+    if (std::ranges::any_of(force_, [](double force) { return force > 0.0; })) {
+      contact_->hold(begin_, begin_ + length_);
+    }
+  }
+
+  double step_ = 0.0;
+  std::optional<LineContact> contact_nodes_;
+  std::vector<double> guess_;  // y + h/2 v
+  std::vector<double> displacement_;
+  std::vector<double> stretch_;  // ymid - guess
+  std::vector<double> force_;    // by contact point, on every rank [N]
+  std::vector<double> work_;
+};
+
+}  // namespace
+
+PetscErrorCode register_ts_moreau() { return petsc::register_integrator<Moreau>(kTsMoreau); }
+
+}  // namespace udar
