@@ -200,7 +200,6 @@ void LineForces::tell(Tally& tally) const {
 
 void LineForces::write_journal() const {
   const std::size_t terms = sweep_->terms;
-  const std::size_t count = gap_.size();
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
     state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
@@ -214,12 +213,12 @@ void LineForces::write_journal() const {
     }
   }
   const auto held = [](const Active& active) { return !active.empty(); };
-  const auto first = std::ranges::find_if(active_, held);
-  if (count > 0 && first != active_.end()) {
-    const auto last = std::ranges::find_if(active_.rbegin(), active_.rend(), held);
+  if (std::ranges::any_of(active_, held)) {
+    // Contact begins and ends with a kink.
     const auto at = [&](double tau) { return sweep_->begin + tau * sweep_->step; };
-    state_->hold(at(first == active_.begin() ? 0.0 : kPoints[static_cast<std::size_t>(first - active_.begin())]),
-                 at(last == active_.rbegin() ? 1.0 : kPoints[static_cast<std::size_t>(active_.rend() - last) - 1]));
+    const auto [first, last] = std::ranges::minmax_element(kinks_, {}, &Kink::tau);
+    state_->hold(held(active_.front()) || kinks_.empty() ? at(0.0) : at(first->tau),
+                 held(active_.back()) || kinks_.empty() ? at(1.0) : at(last->tau));
   }
 }
 

@@ -16,6 +16,7 @@ TOLERANCE = 1e-9  # [m]
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
+LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
 CASES = {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
@@ -29,6 +30,10 @@ CASES = {
         "contact_restitution": "0.5,1,0.7",
         "initial_velocity": 1,
     },
+    "line_contact": {**LINE_CONTACT, "integrators": ("impact",)},
+    # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.
+    "line_contact_by_rk": {**LINE_CONTACT, "ts_adapt_type": "none", "ts_dt": 1e-3, "integrators": ("rk",)},
+    "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
 }
@@ -40,7 +45,8 @@ def lines(path):
 
 class Ranks(UdarTest):
     def check(self, changes, ranks_to_try):
-        for integrator in INTEGRATORS:
+        changes = dict(changes)
+        for integrator in changes.pop("integrators", INTEGRATORS):
             with self.subTest(integrator=integrator):
                 self.check_one({**changes, "ts_type": integrator}, ranks_to_try, integrator)
 
@@ -128,6 +134,7 @@ class Restart(UdarTest):
 
 
 # Steps after which some mass has hit or rests, and before the end.
+UNFILTERED = {"filter_frequency": "none", "ts_dt": 5e-4, "contact_restitution": 0.5}
 STOPS = {"rk": ((1, 60), (2, 150)), "chebyshev": ((1, 5), (2, 8)), "impact": ((1, 40), (2, 60))}
 for name, changes in {
     "elastic": {"contact_restitution": 1},
@@ -143,6 +150,20 @@ for name, changes in {
                     ranks, steps, **changes
                 ),
             )
+
+for integrator, steps, changes in (
+    ("rk", 150, LINE_CONTACT),
+    ("impact", 60, LINE_CONTACT),
+    ("moreau", 950, UNFILTERED),
+):
+    for ranks in (1, 2):
+        setattr(
+            Restart,
+            f"test_{'unfiltered' if integrator == 'moreau' else 'line_contact'}_by_{integrator}_on_{ranks}",
+            lambda self, ranks=ranks, steps=steps, changes={**changes, "ts_type": integrator}: self.check(
+                ranks, steps, **changes
+            ),
+        )
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,273 @@
+/// @file
+/// Contact on the line, and the unfiltered beam, against closed forms.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "support/steel_beam.hpp"
+#include "support/world.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr ContactParameters kOnLine{.hop_tolerance = 1e-10, .surface = ContactSurface::line};
+
+/// A flat fall on a full floor: the line stays straight and every mass is a ball on a spring of wf^2 m whose foot the
+/// floor stops. In contact y'' = -wf^2 y from y0 = g / wf^2, v = -v0; it ends where y comes back to y0.
+struct Ball {
+  double wf;
+  double height;
+  [[nodiscard]] double rest() const { return kGravity / (wf * wf); }  // of the mass above the foot's touch
+  [[nodiscard]] double speed() const { return std::sqrt(2.0 * kGravity * (height - rest())); }
+  [[nodiscard]] double first_touch() const { return speed() / kGravity; }
+  [[nodiscard]] double contact() const { return 2.0 * (M_PI - std::atan(speed() / (wf * rest()))) / wf; }
+};
+
+class LineContactRun : public testing::TestWithParam<const char*> {
+ private:
+  test::Option type_{"-ts_type", GetParam()};
+};
+INSTANTIATE_TEST_SUITE_P(All, LineContactRun, testing::Values("rk", "impact"),
+                         [](const auto& tested) { return std::string{tested.param}; });
+
+TEST_P(LineContactRun, FlatFallBouncesAsABallOnItsSpring) {
+  const Ball ball{.wf = 100.0, .height = 1.0};
+  const double lift = ball.first_touch() + ball.contact();
+  const test::Option rtol{"-ts_rtol", "1e-10"};
+  const test::Option end{"-ts_max_time", "0.6"};
+  test::Fall fall{test::steel_beam(8), ball.wf, kGravity, {.height = ball.height}, {Support::floor(0.0, 1.0)}, kOnLine};
+  test::Recorder record{0.05};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const RunCounts counts = fall.dynamics.counts();
+  EXPECT_EQ(counts.impacts, 0);
+  // 1e-10 per step: some 1e-8 s over the run; the times of contact are those of Gauss points or step ends within it.
+  const double resolution = 0.02 / ball.wf;
+  EXPECT_NEAR(counts.first_contact_time, ball.first_touch(), resolution);
+  EXPECT_NEAR(counts.last_contact_time, lift, resolution);
+  const double mass = fall.beam.total_mass();
+  const double impulse = mass * (2.0 * ball.speed() + kGravity * ball.contact());
+  EXPECT_NEAR(fall.dynamics.support_impulses()[0], impulse, 1e-6 * impulse);
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    const double t = record.times[k];
+    double expected = ball.height - 0.5 * kGravity * t * t;
+    if (t > lift) {
+      expected = ball.rest() + ball.speed() * (t - lift) - 0.5 * kGravity * (t - lift) * (t - lift);
+    } else if (t > ball.first_touch()) {
+      const double s = ball.wf * (t - ball.first_touch());
+      expected = ball.rest() * std::cos(s) - ball.speed() / ball.wf * std::sin(s);
+    }
+    for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
+      EXPECT_NEAR(record.positions[k][i], expected, 1e-7) << t;
+      EXPECT_GE(record.lines[k][i], -1e-12) << "the line stays above the floor";
+    }
+    EXPECT_NEAR(record.energies[k].drift(), 0.0, 1e-8);
+  }
+}
+
+TEST_P(LineContactRun, StopsOnBothSidesHoldTheSameNode) {
+  // Without gravity between floor and ceiling: the ball of above, to and fro.
+  const double wf = 200.0;
+  const double speed = 2.0;
+  const double gap = 0.1;
+  const double half = M_PI / wf + 2.0 * gap / speed;  // from one touch to the next, on the other side
+  const test::Option rtol{"-ts_rtol", "1e-10"};
+  const test::Option end{"-ts_max_time", "0.5"};
+  test::Fall fall{test::steel_beam(8),
+                  wf,
+                  0.0,
+                  {.height = 0.0, .velocity = speed},
+                  {{.position = 5.0, .width = 10.0, .height = -gap},
+                   {.position = 5.0, .width = 10.0, .height = gap, .side = SupportSide::above}},
+                  kOnLine};
+  fall.dynamics.solve();
+  // Touches above at gap / speed, then every `half`: above, below, above, below within 0.5 s.
+  const double mass = fall.beam.total_mass();
+  ASSERT_LT(gap / speed + 3.0 * half + M_PI / wf, 0.5);
+  const std::vector<double> impulses = fall.dynamics.support_impulses();
+  EXPECT_NEAR(impulses[0], 4.0 * mass * speed, 1e-6 * mass);
+  EXPECT_NEAR(impulses[1], -4.0 * mass * speed, 1e-6 * mass);
+  const double t = 0.5 - (gap / speed + 3.0 * half + M_PI / wf);
+  for (const double y : fall.dynamics.masses().position) {
+    EXPECT_NEAR(y, -gap + speed * t, 1e-7);
+  }
+}
+
+/// A heavy beam on a rigid floor whose end is lifted by a force P: it leaves the floor over l = 2 P / q, the floor
+/// gives P at the point of touchdown, and the end rises by q l^4 / (24 EI). Masses that follow the line are the
+/// proximal point iteration of this obstacle problem.
+double lifted_end(PetscInt elements, double length, double& touchdown_force) {
+  const BeamParameters parameters = test::steel_beam(elements);
+  const BeamSegment& segment = parameters.segments.front();
+  const double q = segment.mass_per_length * kGravity;
+  const double lift = 0.5 * q * length;
+  const double h = segment.length / static_cast<double>(elements);
+  const std::vector<NodalLoad> load{{.position = segment.length, .time = {0.0}, .force = {lift}}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  FilteredLine line{beam, {.filter_frequency = 10.0}};
+  const Loads loads{beam, kGravity, load};
+  const InitialState initial{.height = 0.0};
+  Equations equations{line, loads, initial};
+  LineContact contact{line, {Support::floor(0.0, 1.0)}};
+  equations.hold_line(&contact);
+  std::vector<double> masses(static_cast<std::size_t>(beam.local_nodes()), 0.0);
+  LineState state;
+  constexpr int kIterations = 400;  // the slowest part contracts by wf^2 / (wf^2 + w^2), w of the lifted length
+  double change = 1.0;
+  for (int i = 0; i < kIterations && change > 1e-14; ++i) {
+    equations.evaluate(0.0, masses, state);
+    change = 0.0;
+    for (std::size_t k = 0; k < masses.size(); ++k) {
+      masses[k] += state.stretch[k];
+      change = std::max(change, std::abs(state.stretch[k]));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &change, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  }
+  EXPECT_LE(change, 1e-14) << "the static line";
+  // Force beyond what the flat part weighs, around the touchdown.
+  touchdown_force = 0.0;
+  for (std::size_t i = 0; i < contact.points().size(); ++i) {
+    const double x = beam.position(contact.points()[i].node);
+    const double weight = q * (i == 0 ? 0.5 * h : h);
+    touchdown_force += x < segment.length - length + 0.5 * h ? contact.forces()[i] - weight : 0.0;
+  }
+  double end = beam.end() == beam.nodes() ? masses.back() : 0.0;
+  MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return end;
+}
+
+TEST(LineContactStatics, HeavyBeamLiftedAtItsEndFindsTheExactTouchdown) {
+  const double length = 4.0;
+  const BeamSegment segment = test::steel_beam(1).segments.front();
+  const double q = segment.mass_per_length * kGravity;
+  const double exact = q * std::pow(length, 4) / (24.0 * segment.bending_stiffness);
+  double error = 0.0;
+  for (const PetscInt elements : {50, 100, 200}) {
+    double force = 0.0;
+    const double end = lifted_end(elements, length, force);
+    const double before = error;
+    error = std::abs(end / exact - 1.0);
+    // Weight in lumps of h: the sag of each element's own weight is missed, of second order in h / l.
+    const double h = segment.length / static_cast<double>(elements) / length;
+    EXPECT_LT(error, 4.0 * h * h) << elements;
+    if (before > 0.0) {
+      EXPECT_GT(before / error, 3.0) << "second order";
+    }
+    // Equilibrium: the floor gives P at the touchdown, whose own lump is counted with the part that lies.
+    EXPECT_NEAR(force, 0.5 * q * length * (1.0 - h), 1e-9 * q * length);
+  }
+}
+
+/// A mass that falls flat by the Moreau-Jean scheme bounces at steps' ends: speeds by Newton's law to round-off.
+TEST(Moreau, FlatFallKeepsNewtonsLawAndEnergy) {
+  for (const double e : {1.0, 0.5, 0.0}) {
+    const double step = 1e-4;
+    const test::Option end{"-ts_max_time", "0.7"};
+    const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
+    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    const Loads loads{beam, kGravity, {}};
+    const InitialState initial{.height = 1.0};
+    Equations equations{line, loads, initial};
+    ImpactDynamics dynamics{equations, {Support::floor(0.0, e)}, initial};
+    test::Recorder record{0.1};
+    dynamics.add_observer(record);
+    dynamics.solve();
+    const double fall = std::sqrt(2.0 / kGravity);
+    const double speed = kGravity * fall;
+    // First order in the step: the support is noticed up to a step late.
+    EXPECT_NEAR(dynamics.counts().first_contact_time, fall, 2.0 * step);
+    const double mass = beam.total_mass();
+    const double impulse = dynamics.support_impulses()[0];
+    double momentum = 0.0;
+    const MassState masses = dynamics.masses();
+    for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
+      momentum += line.mass()[i] * masses.velocity[i];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    EXPECT_NEAR(impulse, momentum + mass * kGravity * 0.7, 1e-9 * mass * speed) << "momentum balance";
+    if (e > 0.0) {
+      const double left = e * speed - kGravity * (0.7 - fall);
+      for (const double v : masses.velocity) {
+        EXPECT_NEAR(v, left, 4.0 * kGravity * step) << "v+ = -e v-, first order in the step";
+      }
+    } else {
+      EXPECT_NEAR(dynamics.counts().last_contact_time, 0.7, 1e-12) << "it rests";
+      for (const double y : masses.position) {
+        EXPECT_NEAR(y, 0.0, 2.0 * speed * step);
+      }
+    }
+    for (const EnergyLedger& energy : record.energies) {
+      EXPECT_NEAR(energy.drift(), 0.0, 1e-10) << "exact in every step, but for round-off";
+    }
+  }
+}
+
+TEST(Moreau, FreeVibrationIsOfSecondOrder) {
+  // First mode of a pinned beam of 40 elements: the scheme's frequency is (2/h) atan(w h / 2).
+  double before = 0.0;
+  const double end_time = 0.2;
+  for (const double step : {2e-3, 1e-3, 5e-4}) {
+    const test::Option end{"-ts_max_time", "0.2"};
+    BeamParameters parameters = test::steel_beam(40);
+    parameters.left = test::kPinned;
+    parameters.right = test::kPinned;
+    const BeamChain beam{PETSC_COMM_WORLD, parameters};
+    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    const Loads loads{beam, 0.0, {}};
+    InitialState initial{.height = 0.0};
+    for (PetscInt node = 0; node <= 40; ++node) {
+      const double x = 0.25 * static_cast<double>(node);
+      initial.shape.x.push_back(x);
+      initial.shape.offset.push_back(0.01 * std::sin(M_PI * x / 10.0));
+    }
+    Equations equations{line, loads, initial};
+    ImpactDynamics dynamics{equations, {}, initial};
+    dynamics.solve();
+    // The lumped beam's sine is its mode: w^2 = (EI / rhoA) (2 - 2 cos a)^2 / h^4 * 3 / (2 + cos a), a = pi / 40.
+    const BeamSegment segment = parameters.segments.front();
+    const double a = M_PI / 40.0;
+    const double bend = (2.0 - 2.0 * std::cos(a)) / (0.25 * 0.25);
+    const double w =
+        std::sqrt(segment.bending_stiffness / segment.mass_per_length * bend * bend * 3.0 / (2.0 + std::cos(a)));
+    const double exact = std::cos(2.0 / step * std::atan(0.5 * w * step) * end_time);
+    double error = 0.0;
+    const MassState masses = dynamics.masses();
+    for (std::size_t i = 0; i < masses.position.size(); ++i) {
+      const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
+      EXPECT_NEAR(masses.position[i], 0.01 * exact * std::sin(M_PI * x / 10.0), 1e-12);
+      error = std::max(error, std::abs(masses.position[i] - 0.01 * std::cos(w * end_time) * std::sin(M_PI * x / 10.0)));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &error, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+    if (before > 0.0) {
+      EXPECT_NEAR(std::log2(before / error), 2.0, 0.05);
+    }
+    before = error;
+  }
+}
+
+TEST(Moreau, RefusesTheFilterAndTheFilterRefusesIt) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
+  const Loads loads{beam, kGravity, {}};
+  const InitialState initial{.height = 1.0};
+  FilteredLine filtered{beam, {.filter_frequency = 100.0}};
+  Equations with{filtered, loads, initial};
+  {
+    const test::Option type{"-ts_type", "moreau"};
+    EXPECT_THROW((ImpactDynamics{with, {}, initial}), InputError);
+  }
+  FilteredLine unfiltered{beam, {.filter_frequency = 100.0, .unfiltered = true}};
+  Equations without{unfiltered, loads, initial};
+  for (const char* name : {"rk", "impact", "chebyshev"}) {
+    const test::Option type{"-ts_type", name};
+    EXPECT_THROW((ImpactDynamics{without, {}, initial}), InputError) << name;
+  }
+  const test::Option type{"-ts_type", "chebyshev"};
+  EXPECT_THROW((ImpactDynamics{with, {Support::floor(0.0, 1.0)}, initial, kOnLine}), InputError);
+}
+
+}  // namespace
+}  // namespace udar
