@@ -105,6 +105,9 @@ FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
   collect_terms();
   create_operator();
   configure_solver();
+  if (parameters_.unfiltered) {
+    create_moment_solver();
+  }
 }
 
 std::string FilteredLine::block_form_reason() const {
@@ -491,27 +494,33 @@ void FilteredLine::right_hand_side(const chain::Column& column) {
   UDAR_CALL(VecRestoreArrayWrite(right_hand_side_, &values));
 }
 
+void FilteredLine::create_moment_solver() {
+  if (parameters_.formulation != Formulation::mixed) {
+    throw InputError{
+        "option -beam_formulation: -filter_frequency none needs mixed, which has the moments of a given line"};
+  }
+  // Every second unknown of the mixed form: -S, and 1 where a moment is known to be zero.
+  petsc::Matrix pointwise;
+  petsc::Matrix bending;
+  petsc::IndexSet rows;
+  UDAR_CALL(MatConvert(matrix(), MATAIJ, MAT_INITIAL_MATRIX, pointwise.put()));
+  UDAR_CALL(ISCreateStride(beam_->comm(), beam_->local_nodes(), 2 * beam_->begin() + 1, 2, rows.put()));
+  UDAR_CALL(MatCreateSubMatrix(pointwise, rows, rows, MAT_INITIAL_MATRIX, bending.put()));
+  // ILU(0) of every rank's block, exact on one rank, and not ICC, which would shift a negative diagonal.
+  UDAR_CALL(MatSetOption(bending, MAT_SYMMETRIC, PETSC_FALSE));
+  UDAR_CALL(MatCreateVecs(bending, moment_unknowns_.put(), moment_right_.put()));
+  UDAR_CALL(KSPCreate(beam_->comm(), moment_solver_.put()));
+  UDAR_CALL(KSPSetOptionsPrefix(moment_solver_, "filter_moment_"));
+  UDAR_CALL(KSPSetOperators(moment_solver_, bending, bending));
+  UDAR_CALL(KSPSetTolerances(moment_solver_, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(KSPSetFromOptions(moment_solver_));
+  UDAR_CALL(KSPSetUp(moment_solver_));
+}
+
 void FilteredLine::moments_of(std::span<const double> line_displacement, std::span<double> moment) {
   const std::size_t count = mass_.size();
   if (moment_solver_ == nullptr) {
-    if (parameters_.formulation != Formulation::mixed) {
-      throw InputError{"option -beam_formulation: moments of a given line need the mixed form"};
-    }
-    // Every second unknown of the mixed form: -S, and 1 where a moment is known to be zero.
-    petsc::Matrix pointwise;
-    petsc::Matrix bending;
-    petsc::IndexSet rows;
-    UDAR_CALL(MatConvert(matrix(), MATAIJ, MAT_INITIAL_MATRIX, pointwise.put()));
-    UDAR_CALL(ISCreateStride(beam_->comm(), beam_->local_nodes(), 2 * beam_->begin() + 1, 2, rows.put()));
-    UDAR_CALL(MatCreateSubMatrix(pointwise, rows, rows, MAT_INITIAL_MATRIX, bending.put()));
-    UDAR_CALL(MatCreateVecs(bending, moment_unknowns_.put(), moment_right_.put()));
-    UDAR_CALL(KSPCreate(beam_->comm(), moment_solver_.put()));
-    UDAR_CALL(KSPSetOptionsPrefix(moment_solver_, "filter_moment_"));
-    UDAR_CALL(KSPSetOperators(moment_solver_, bending, bending));
-    // Default: GMRES and ILU(0) of every rank's block, exact on one rank; entries of S off its diagonal are at most
-    // half of it, so ranks know little of each other.
-    UDAR_CALL(KSPSetTolerances(moment_solver_, 1e-14, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-    UDAR_CALL(KSPSetFromOptions(moment_solver_));
+    create_moment_solver();
   }
   right_hand_side({.displacement = line_displacement.data()});
   {

@@ -132,6 +132,7 @@ class FilteredLine {
   void hermite_moments(std::span<const double> unknowns, std::span<double> moment) const;
   void solve_by_chain(std::span<const chain::Column> columns);
   void solve_by_ksp(const chain::Column& column);
+  void create_moment_solver();
   [[nodiscard]] bool check_due(std::size_t solves) const;
   void check_residual(const double* displacement);
   static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
