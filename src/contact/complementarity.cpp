@@ -25,30 +25,41 @@ constexpr int kBlockMoves = 10;
 Complementarity::Complementarity(std::vector<double> matrix, std::size_t size)
     : matrix_{std::move(matrix)}, size_{size} {
   result_.resize(size_);
+  factor();
 }
 
-/// Cholesky factor of the active block; rows that the others already hold, but for rounding, leave it.
+/// Puts the Cholesky factor of the active block first; rows that the others already hold, but for rounding, leave it.
 void Complementarity::factor() {
-  while (factored_ != active_ || factor_.empty()) {
+  for (;;) {
+    const auto known = std::ranges::find(factors_, active_, &Factor::rows);
+    if (known != factors_.end()) {
+      std::rotate(factors_.begin(), known, known + 1);
+      return;
+    }
+    if (factors_.size() < kFactors) {
+      factors_.emplace_back();
+    }
+    std::rotate(factors_.begin(), factors_.end() - 1, factors_.end());
+    Factor& factor = factors_.front();
     const std::size_t count = active_.size();
-    factor_.resize(std::max<std::size_t>(count * count, 1));
+    factor.rows = active_;
+    factor.values.resize(count * count);
     for (std::size_t j = 0; j < count; ++j) {
       for (std::size_t i = 0; i < count; ++i) {
-        factor_[j * count + i] = matrix_[active_[i] * size_ + active_[j]];
+        factor.values[j * count + i] = matrix_[active_[i] * size_ + active_[j]];
       }
+    }
+    if (count == 0) {
+      return;
     }
     auto order = static_cast<PetscBLASInt>(count);
     PetscBLASInt info = 0;
-    if (count > 0) {
-      LAPACKpotrf_("L", &order, factor_.data(), &order, &info);
+    LAPACKpotrf_("L", &order, factor.values.data(), &order, &info);
+    if (info == 0) {
+      return;
     }
-    if (info > 0) {
-      active_.erase(active_.begin() + (info - 1));
-      factored_.clear();
-      factor_.clear();
-    } else {
-      factored_ = active_;
-    }
+    active_.erase(active_.begin() + (info - 1));
+    factors_.erase(factors_.begin());
   }
 }
 
@@ -59,26 +70,27 @@ void Complementarity::assume(std::vector<std::size_t> active) {
 
 void Complementarity::respond(std::span<const double> gap, std::span<double> force) const {
   std::ranges::fill(force, 0.0);
-  if (factored_.empty()) {
+  const Factor& factor = factors_.front();
+  if (factor.rows.empty()) {
     return;
   }
-  std::vector<double> right(factored_.size());
+  std::vector<double> right(factor.rows.size());
   for (std::size_t i = 0; i < right.size(); ++i) {
-    right[i] = -gap[factored_[i]];
+    right[i] = -gap[factor.rows[i]];
   }
   auto order = static_cast<PetscBLASInt>(right.size());
   PetscBLASInt one = 1;
   PetscBLASInt info = 0;
-  LAPACKpotrs_("L", &order, &one, factor_.data(), &order, right.data(), &order, &info);
+  LAPACKpotrs_("L", &order, &one, factor.values.data(), &order, right.data(), &order, &info);
   for (std::size_t i = 0; i < right.size(); ++i) {
-    force[factored_[i]] = right[i];
+    force[factor.rows[i]] = right[i];
   }
 }
 
 void Complementarity::gaps(std::span<const double> gap, std::span<const double> force, std::span<double> result) const {
   for (std::size_t i = 0; i < size_; ++i) {
     double sum = gap[i];
-    for (const std::size_t j : factored_) {
+    for (const std::size_t j : factors_.front().rows) {
       sum += matrix_[i * size_ + j] * force[j];
     }
     result[i] = sum;

@@ -57,8 +57,13 @@ void LineForces::apply() {
     }
   }
   force_.assign(count * terms, 0.0);
-  contact_->problem().assume({});
   for (std::size_t q = 0; q < kGauss; ++q) {
+    // From the set of the last sweep; at first from that of the point before, so that a restart finds the same.
+    if (!first_sweep_) {
+      contact_->problem().assume(active_[q]);
+    } else if (q == 0) {
+      contact_->problem().assume({});
+    }
     for (std::size_t i = 0; i < count; ++i) {
       gap_[i] = 0.0;
       for (std::size_t j = 0; j < terms; ++j) {
@@ -73,6 +78,7 @@ void LineForces::apply() {
       }
     }
   }
+  first_sweep_ = false;
   kinks_.clear();
   for (std::size_t q = 0; q + 1 < kGauss; ++q) {
     if (active_[q] != active_[q + 1]) {

@@ -273,6 +273,9 @@ class Impact final : public ProblemStepper {
     sweep_.map = dense_map(wf_ * step, sweep_.terms);
     sweep_.map.gain = sweep_gain(sweep_.map.line, kLineShare, sweep_.terms);
     sweep_.reach = reach_of(wf_ * step, sweep_.terms);
+    if (line_forces_) {
+      line_forces_->begin();
+    }
     load_line(step);
     extrapolate(step);
     move(true);

@@ -14,7 +14,7 @@ namespace udar {
 /// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with one symmetric positive definite W and many q.
 ///
 /// Block principal pivoting: rows that violate their sign change sides all at once while that helps, one by one when it
-/// does not, which ends for every positive definite W. The factor of the active block is kept between solves.
+/// does not, which ends for every positive definite W. The factors of the last active blocks are kept.
 /// Source: Judice and Pires, Computers Ops Res. 21 (1994) 587; LAPACK's Cholesky factorisation.
 /// @note Not collective: equal input gives equal output on every rank.
 class Complementarity {
@@ -45,9 +45,13 @@ class Complementarity {
   std::vector<double> matrix_;
   std::size_t size_;
   std::vector<std::size_t> active_;
-  std::vector<std::size_t> factored_;  // rows of the factor
-  std::vector<double> factor_;         // by columns
-  std::vector<double> work_;
+  /// Cholesky factor of a block.
+  struct Factor {
+    std::vector<std::size_t> rows;
+    std::vector<double> values;  // by columns
+  };
+  static constexpr std::size_t kFactors = 6;  // about a kink of the motion few sets take turns
+  std::vector<Factor> factors_;               // the last used first: that of the last solve
   std::vector<double> result_;
 };
 

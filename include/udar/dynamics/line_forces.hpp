@@ -23,6 +23,8 @@ class LineForces {
   /// All outlive this object.
   LineForces(Sweep& sweep, LineContact& contact, ContactState& state);
 
+  /// Another step, or another length of it.
+  void begin() noexcept { first_sweep_ = true; }
   /// @brief Adds to the free line, just solved for, what contact forces do to it.
   /// @note Collective: one reduction and, in contact, one batch of line solves.
   void apply();
@@ -56,6 +58,7 @@ class LineForces {
   std::array<Active, kGauss> active_;
   std::vector<Kink> kinks_;
   std::vector<double> gap_;  // work
+  bool first_sweep_ = true;
 };
 
 }  // namespace udar
