@@ -18,32 +18,47 @@ namespace udar::study {
 enum class Verdict {
   converges,     ///< monotone, at an order that can be trusted: extrapolated
   constant,      ///< does not depend on the axis beyond round-off
-  fast,          ///< monotone, but settles faster than any order of the method: nothing left to extrapolate
+  settled,       ///< monotone, but settles faster than any order of the method: nothing left to extrapolate
   slow,          ///< monotone, but so slowly that an extrapolated value would be a guess
+  irregular,     ///< monotone, but the order changes too much from one triple of values to the next
   not_monotone,  ///< goes up and down
   diverges,      ///< monotone, and the changes do not shrink
   two_values,    ///< too few values for an order
-  one_value,     ///< too few values for anything
+  no_values,     ///< too few values for anything
 };
 
 [[nodiscard]] inline const char* name(Verdict verdict) {
-  constexpr std::array kNames{"converges",    "constant",         "settled",    "slow",
-                              "not monotone", "does not converge", "two values", "one value"};
+  constexpr std::array kNames{"converges",    "constant",          "settled",    "slow",     "irregular",
+                              "not monotone", "does not converge", "two values", "no values"};
   return kNames.at(static_cast<std::size_t>(verdict));
+}
+
+/// @brief What an error stands for, better ones first.
+enum class Bound {
+  estimate,  ///< of the error, or above it
+  changes,   ///< only as large as the changes that were seen
+  at_least,  ///< the error is larger, nobody knows by how much
+  unknown,
+};
+
+[[nodiscard]] inline const char* name(Bound bound) {
+  constexpr std::array kNames{"estimate", "changes", "at least", "unknown"};
+  return kNames.at(static_cast<std::size_t>(bound));
 }
 
 /// @brief What is known of a quantity along one axis.
 struct Trend {
-  Verdict verdict = Verdict::one_value;
-  std::optional<double> order;  ///< observed with the three finest values; empty if they are not monotone or do not tell
-  std::optional<double> limit;  ///< by Richardson extrapolation; only where `converges`
-  /// Estimated error of the finest value: distance to the limit where `converges`, else the last change (constant,
-  /// fast, two values) or the spread of the last three values (not monotone). Empty: cannot be told.
-  std::optional<double> error;
-  bool trusted = false;  ///< whether `error` is an estimate or an upper bound, not a mere size of the changes
+  Verdict verdict = Verdict::no_values;
+  std::vector<std::optional<double>> orders;  ///< observed with each three successive values; empty: does not tell
+  std::optional<double> limit;                ///< by Richardson extrapolation; only where `converges`
+  /// Of the finest value: distance to the limit where `converges`; the last change (constant, settled, slow, does not
+  /// converge, two values); the spread of the last values (not monotone, irregular).
+  double error = 0.0;
+  Bound bound = Bound::unknown;
 };
 
-/// @brief The exponent p of q(h) = q(0) + c h^p through three values; empty if they are not monotone, or no p > 0 fits.
+/// @brief The exponent p of q(h) = q(0) + c h^p through three values; empty if they are not monotone, or no p > 0 fits;
+/// infinite beyond 64.
 /// @param[in] size  of the discretisation, descending, any ratios
 inline std::optional<double> observed_order(std::span<const double, 3> size, std::span<const double, 3> value) {
   const double ratio = (value[1] - value[0]) / (value[2] - value[1]);
@@ -83,6 +98,8 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
   // method here.
   constexpr double kLowest = 0.5;
   constexpr double kHighest = 6.0;
+  // Orders of successive triples that differ by more do not belong to one power of the size.
+  constexpr double kSteady = 2.0;
   const std::size_t count = value.size();
   Trend result;
   if (count < 2) {
@@ -92,76 +109,70 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
   for (std::size_t i = 1; i < count; ++i) {
     change.push_back(value[i] - value[i - 1]);
   }
-  const double noise = kRoundOff * std::max(scale, std::abs(value.back()));
-  const std::size_t judged = std::min<std::size_t>(change.size(), 3);
-  const auto last = std::span{change}.last(judged);
-  result.error = std::abs(change.back());
-  result.trusted = true;
-  if (std::ranges::all_of(last, [noise](double d) { return std::abs(d) <= noise; })) {
-    result.verdict = Verdict::constant;
+  for (std::size_t i = 0; i + 2 < count; ++i) {
+    result.orders.push_back(observed_order(size.subspan(i).first<3>(), value.subspan(i).first<3>()));
+  }
+  const auto judge = [&result](Verdict verdict, double error, Bound bound) {
+    result.verdict = verdict;
+    result.error = error;
+    result.bound = bound;
     return result;
+  };
+  const double noise = kRoundOff * std::max(scale, std::abs(value.back()));
+  const auto last = std::span{change}.last(std::min<std::size_t>(change.size(), 3));
+  const double last_change = std::abs(change.back());
+  if (std::ranges::all_of(last, [noise](double d) { return std::abs(d) <= noise; })) {
+    return judge(Verdict::constant, last_change, Bound::estimate);
   }
   if (count == 2) {
-    result.verdict = Verdict::two_values;
-    result.trusted = false;
-    return result;
+    return judge(Verdict::two_values, last_change, Bound::changes);
   }
-  // The first changes may vanish, where an axis begins to act; the last may, where it has ceased to.
-  const bool falls_into_noise = std::abs(change.back()) <= noise;
-  const bool monotone = std::ranges::all_of(last, [](double d) { return d > 0.0; }) ||
-                        std::ranges::all_of(last, [](double d) { return d < 0.0; });
-  if (falls_into_noise) {
-    result.verdict = Verdict::fast;
-    return result;
+  if (last_change <= noise) {
+    return judge(Verdict::settled, last_change, Bound::estimate);
   }
-  if (!monotone) {
-    const auto [lowest, highest] = std::ranges::minmax(value.last(judged + 1 > count ? count : judged + 1));
-    result.verdict = Verdict::not_monotone;
-    result.error = highest - lowest;
-    result.trusted = false;
-    return result;
+  const auto [lowest, highest] = std::ranges::minmax(value.last(last.size() + 1));
+  if (!std::ranges::all_of(last, [](double d) { return d > 0.0; }) &&
+      !std::ranges::all_of(last, [](double d) { return d < 0.0; })) {
+    return judge(Verdict::not_monotone, highest - lowest, Bound::changes);
   }
-  result.order = observed_order(size.last(3).first<3>(), value.last(3).first<3>());
-  if (!result.order) {
-    result.verdict = Verdict::diverges;
-    result.error.reset();
-    result.trusted = false;
-  } else if (*result.order < kLowest) {
-    result.verdict = Verdict::slow;
-    result.error.reset();
-    result.trusted = false;
-  } else if (*result.order > kHighest) {
-    result.verdict = Verdict::fast;
-  } else {
-    result.verdict = Verdict::converges;
-    const double ratio = std::pow(size[count - 2] / size[count - 1], *result.order);
-    result.limit = value.back() + change.back() / (ratio - 1.0);
-    result.error = std::abs(*result.limit - value.back());
+  const std::optional<double> order = result.orders.back();
+  if (!order) {
+    return judge(Verdict::diverges, last_change, Bound::at_least);
   }
-  return result;
+  if (*order < kLowest) {
+    return judge(Verdict::slow, last_change, Bound::at_least);
+  }
+  if (*order > kHighest) {
+    return judge(Verdict::settled, last_change, Bound::estimate);
+  }
+  if (count > 3) {
+    const std::optional<double> before = result.orders[count - 4];
+    if (!before || std::max(*order, *before) > kSteady * std::min(*order, *before)) {
+      return judge(Verdict::irregular, highest - lowest, Bound::changes);
+    }
+  }
+  const double ratio = std::pow(size[count - 2] / size[count - 1], *order);
+  result.limit = value.back() + change.back() / (ratio - 1.0);
+  return judge(Verdict::converges, std::abs(*result.limit - value.back()), Bound::estimate);
 }
 
-/// @brief The finest value of a quantity with its error along each axis.
+/// @brief The finest value of a quantity with its error along all axes together.
 struct Budget {
-  std::optional<double> limit;  ///< the finest value, corrected along every axis that converges
-  std::optional<double> sum;    ///< of the errors along the axes; empty if one cannot be told
-  bool trusted = true;          ///< whether every part is
+  double limit = 0.0;  ///< the finest value, corrected along every axis that converges if none leaves it open
+  double sum = 0.0;    ///< of the errors along the axes
+  Bound bound = Bound::estimate;  ///< the worst of them
 };
 
-/// @brief Adds up what the axes say. Errors of different origin are taken as independent of each other.
+/// @brief Adds up what the axes say, as if the errors along them were independent of each other.
 inline Budget budget(double finest, std::span<const Trend> axes) {
-  Budget result{.limit = finest, .sum = 0.0};
+  Budget result{.limit = finest};
+  double correction = 0.0;
   for (const Trend& axis : axes) {
-    if (axis.limit) {
-      *result.limit += *axis.limit - finest;
-    }
-    result.trusted = result.trusted && axis.trusted;
-    if (result.sum && axis.error) {
-      *result.sum += *axis.error;
-    } else {
-      result.sum.reset();
-    }
+    correction += axis.limit ? *axis.limit - finest : 0.0;
+    result.sum += axis.error;
+    result.bound = std::max(result.bound, axis.bound);
   }
+  result.limit += result.bound == Bound::estimate ? correction : 0.0;
   return result;
 }
 

@@ -76,6 +76,7 @@ class Sampler final : public Observer {
                   .height = sums[0] / total_,
                   .velocity = sums[1] / total_,
                   .position = {sums.begin() + 4, sums.end()},
+                  .deflection = {},
                   .energy = state.energy};
     for (std::size_t g = 0; g < gauge_.size(); ++g) {
       sample.deflection.push_back(sample.position[g] - sums[2] / total_ - sums[3] / inertia_ * gauge_x_[g]);
@@ -175,9 +176,8 @@ inline std::vector<Quantity> quantities(const app::Case& input, const io::Summar
       summary.first_contact_time ? rebound(samples, *summary.first_contact_time, input.gravity) : Rebound{};
   add("impulse", "N s", impulse);
   add("rebound_velocity", "m/s", back.velocity);
-  add("contact_time", "s", back.contact_time);
-  add("penetration", "m",
-      summary.min_line_gap ? std::optional{std::max(0.0, -*summary.min_line_gap)} : std::nullopt);
+  add("contact_time", "s", back.contact_time, false);  // known to a row of the output
+  add("penetration", "m", summary.min_line_gap ? std::optional{std::max(0.0, -*summary.min_line_gap)} : std::nullopt);
   std::vector<double> up;
   std::vector<double> down;
   for (std::size_t g = 0; g < input.gauges.size() && !samples.empty(); ++g) {

@@ -15,7 +15,7 @@ namespace udar::app {
 
 /// @brief What a run came to.
 struct RunResult {
-  int exit_code = 0;  ///< 0: reached its end, or `-help`; 3: ended by `-ts_max_steps`; 128 + signal: by a signal
+  int exit_code = 0;    ///< 0: reached its end, or `-help`; 3: ended by `-ts_max_steps`; 128 + signal: by a signal
   io::Summary summary;  ///< as in summary.json; empty after `-help`
 };
 
@@ -29,8 +29,8 @@ using MakeListener = std::function<Observer&(const Case&, const BeamChain&, std:
 /// `PETSC_STDERR`. @throws InputError, SolveError, FileError, petsc::Error
 RunResult run(MPI_Comm comm, const MakeListener& listener = {});
 
-/// @brief What `body` failed with, empty if it did not; the program ends here if only some ranks of `comm` failed, which
-/// would leave the others waiting.
+/// @brief What `body` failed with, empty if it did not; the program ends here if only some ranks of `comm` failed,
+/// which would leave the others waiting.
 /// @note Collective; the message is that of this rank.
 [[nodiscard]] std::string failure_of(MPI_Comm comm, const std::function<void()>& body);
 
