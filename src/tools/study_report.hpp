@@ -76,9 +76,10 @@ class Report {
         if (std::ranges::find(quantities_, quantity.name, &Quantity::name) == quantities_.end()) {
           quantities_.push_back(quantity);
         }
-        if (quantity.compared && quantity.value) {
-          double& scale = scale_[quantity.unit];
-          scale = std::max(scale, std::abs(*quantity.value));
+        double& scale = scale_[quantity.unit];
+        if (const auto value = quantity.compared ? outcome.value(quantity.name) : std::nullopt) {
+          scale = std::max(scale, std::abs(*value));
+          valued_.insert(quantity.name);
         }
       }
     }
@@ -193,12 +194,12 @@ class Report {
 
   [[nodiscard]] std::string label(const Quantity& quantity) const { return quantity.name + " [" + quantity.unit + "]"; }
 
-  /// The quantities of the tables that this study has.
+  /// The quantities of the tables that some run has.
   [[nodiscard]] std::vector<Quantity> shown() const {
     std::vector<Quantity> all;
     for (const char* name : kShown) {
       const auto found = std::ranges::find(quantities_, std::string_view{name}, &Quantity::name);
-      if (found != quantities_.end()) {
+      if (found != quantities_.end() && valued_.contains(name)) {
         all.push_back(*found);
       }
     }
@@ -513,6 +514,7 @@ class Report {
   std::string reference_;
   std::vector<Quantity> quantities_;
   std::map<std::string, double> scale_;  // of quantities with this unit
+  std::set<std::string> valued_;         // quantities that some finished run has
   Json study_;
 };
 
