@@ -717,12 +717,12 @@ def study_panels(pen, study):
 
 
 def series_legend(panels):
-    """One legend for all panels, to the right of the first row."""
+    """One legend for all panels, to the right of the first row; none for a single series."""
     entries = {}
     for axis, _ in panels:
         for handle, label in zip(*axis.get_legend_handles_labels()):
             entries.setdefault(label, handle)
-    if entries:
+    if len(entries) > 1:
         panels[min(3, len(panels)) - 1][0].legend(entries.values(), entries.keys(), loc="upper left",
                                                   bbox_to_anchor=(1.01, 1.0))
 
@@ -744,9 +744,10 @@ def draw_study_axis(pen, study, key):
             if along["limit"] is not None:
                 axis.axhline(along["limit"], color=colour, linestyle=(0, (4, 1.5)), linewidth=1.0)
             order = along["orders"][-1] if along["verdict"] == "converges" else None
-            verdicts.append(along["verdict"] if order is None else f"order {order:.2f}")
+            verdict = along["verdict"] if order is None else f"order {order:.2f}"
+            verdicts.append(f"{series['name']}: {verdict}" if len(study["series"]) > 1 else verdict)
         axis.set_xscale("log")
-        axis.set_title(f"{name} [{study['units'][name]}]\n" + ", ".join(verdicts), loc="left", pad=3, fontsize=10)
+        axis.set_title("\n".join([f"{name} [{study['units'][name]}]", *verdicts]), loc="left", pad=3, fontsize=10)
         axis.set_xlabel(key + unit)
         ticks = sorted({float(run["axes"][key]) for run in study["runs"] if key in run["axes"]})
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -756,6 +757,7 @@ def draw_study_axis(pen, study, key):
 
 
 def draw_work_precision(pen, study, cost, label):
+    from matplotlib.ticker import LogLocator, NullFormatter
     figure, panels = study_panels(pen, study)
     for axis, name in panels:
         empty = True
@@ -774,6 +776,9 @@ def draw_work_precision(pen, study, cost, label):
         else:
             axis.set_xscale("log")
             axis.set_yscale("log")
+            axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.xaxis.set_major_formatter("{x:g}")
+            axis.xaxis.set_minor_formatter(NullFormatter())
     series_legend(panels)
     of = "each series' own limit" if study["reference"] == "own" else f"the limit of {study['reference']}"
     pen.save(figure, f"study-work-{cost}", with_title(pen, f"Work and precision\nerror against {of}"))

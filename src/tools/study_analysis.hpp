@@ -100,6 +100,8 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
   constexpr double kHighest = 6.0;
   // Orders of successive triples that differ by more do not belong to one power of the size.
   constexpr double kSteady = 2.0;
+  // What tends to zero is corrected by its own size; a limit well beyond zero is a guess.
+  constexpr double kFarthest = 1.5;
   const std::size_t count = value.size();
   Trend result;
   if (count < 2) {
@@ -151,9 +153,12 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
       return judge(Verdict::irregular, highest - lowest, Bound::changes);
     }
   }
-  const double ratio = std::pow(size[count - 2] / size[count - 1], *order);
-  result.limit = value.back() + change.back() / (ratio - 1.0);
-  return judge(Verdict::converges, std::abs(*result.limit - value.back()), Bound::estimate);
+  const double correction = change.back() / (std::pow(size[count - 2] / size[count - 1], *order) - 1.0);
+  if (std::abs(correction) > kFarthest * std::abs(value.back())) {
+    return judge(Verdict::slow, last_change, Bound::at_least);
+  }
+  result.limit = value.back() + correction;
+  return judge(Verdict::converges, std::abs(correction), Bound::estimate);
 }
 
 /// @brief The finest value of a quantity with its error along all axes together.

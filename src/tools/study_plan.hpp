@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <sstream>
 #include <string>
@@ -48,11 +49,11 @@ class ScopedOptions {
   ScopedOptions(const ScopedOptions&) = delete;
   ScopedOptions& operator=(const ScopedOptions&) = delete;
   ~ScopedOptions() {
-    for (auto entry = before_.rbegin(); entry != before_.rend(); ++entry) {
-      if (entry->given) {
-        PetscOptionsSetValue(nullptr, entry->key.c_str(), entry->value ? entry->value->c_str() : nullptr);
+    for (const Before& entry : before_ | std::views::reverse) {
+      if (entry.given) {
+        PetscOptionsSetValue(nullptr, entry.key.c_str(), entry.value ? entry.value->c_str() : nullptr);
       } else {
-        PetscOptionsClearValue(nullptr, entry->key.c_str());
+        PetscOptionsClearValue(nullptr, entry.key.c_str());
       }
     }
   }
@@ -109,10 +110,16 @@ struct PlannedRun {
   double cost = 0.0;            ///< expected, any unit
 };
 
+/// @brief Which combinations of the values are run.
+enum class Design {
+  grid,   ///< all
+  lines,  ///< those the analysis needs: each axis with the others at their finest
+};
+
 /// @brief What all series share.
 struct Request {
-  std::vector<std::string> axes;  ///< keys besides the four that are axes wherever they have several values
-  bool lines_only = false;        ///< no runs but those the analysis needs
+  std::vector<std::string> axes;  ///< keys besides `kAxisKeys` that are axes
+  Design design = Design::grid;
 };
 
 constexpr const char* kRefine = "study_refine";
@@ -295,7 +302,7 @@ inline std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& req
       for (std::size_t a = 0; a < at.size(); ++a) {
         coarse += at[a] + 1 < series.axes[a].values.size() ? 1 : 0;
       }
-      if (!request.lines_only || coarse <= 1) {
+      if (request.design == Design::grid || coarse <= 1) {
         PlannedRun run{.number = runs.size(), .series = number, .at = at, .options = series.options, .cost = 0.0};
         std::erase_if(run.options, [](const auto& option) { return option.first == std::string{"-"} + kRefine; });
         for (std::size_t a = 0; a < at.size(); ++a) {
@@ -337,7 +344,7 @@ inline std::vector<std::vector<std::size_t>> deal(std::span<const PlannedRun> ru
   for (std::size_t i = 0; i < order.size(); ++i) {
     order[i] = i;
   }
-  std::ranges::stable_sort(order, std::ranges::greater{}, [&runs](std::size_t i) { return runs[i].cost; });
+  std::ranges::sort(order, {}, [&runs](std::size_t i) { return std::pair{-runs[i].cost, i}; });
   std::vector<std::vector<std::size_t>> dealt(groups);
   std::vector<double> load(groups);
   for (const std::size_t i : order) {

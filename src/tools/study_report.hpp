@@ -140,6 +140,9 @@ class Report {
   /// What the user reads.
   [[nodiscard]] std::string tables() const {
     std::string text = run_table();
+    if (valued_.empty()) {
+      return text + "\n" + failures();
+    }
     for (std::size_t number = 0; number < series_.size(); ++number) {
       text += trend_tables(number) + budget_table(number);
     }

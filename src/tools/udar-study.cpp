@@ -27,6 +27,7 @@
 namespace {
 
 using namespace udar;
+using study::Design;
 using study::Outcome;
 using study::PlannedRun;
 using study::Series;
@@ -43,7 +44,8 @@ constexpr const char* kHelp =
     "wherever they have several values; all other options are those of udar (udar -help). Exit codes: 0 all runs\n"
     "reached their end; 1 a run failed; 3 a run was ended by -ts_max_steps; 130 or 143 stopped by a signal.\n";
 
-constexpr std::array kDesigns{std::pair<const char*, bool>{"grid", false}, std::pair<const char*, bool>{"lines", true}};
+constexpr std::array kDesigns{std::pair<const char*, Design>{"grid", Design::grid},
+                              std::pair<const char*, Design>{"lines", Design::lines}};
 constexpr std::array kStudyKeys{"-study_axes",   "-study_series", "-study_reference",
                                 "-study_design", "-study_ranks",  "-study_refine"};
 
@@ -70,8 +72,8 @@ Wishes read_wishes(MPI_Comm comm) {
   group.string("-study_reference", wishes.reference,
                "series whose limits count as true in the table of work and error, or own: each series its own "
                "(default: the first series)");
-  group.choice<bool>("-study_design", wishes.request.lines_only, kDesigns,
-                     "all combinations, or only those needed: each axis with the others at their finest");
+  group.choice<Design>("-study_design", wishes.request.design, kDesigns,
+                       "all combinations, or only those needed: each axis with the others at their finest");
   group.strings("-study_refine", refine, "an axis for beams in segments: factors of every entry of -beam_elements");
   group.integer("-study_ranks", wishes.ranks, petsc::at_least(1), "ranks of each run, a divisor of all");
   group.string("-output_directory", wishes.directory,

@@ -95,6 +95,16 @@ TEST(Trend, SaysWhatDoesNotConverge) {
   EXPECT_LT(slow.error, 1.0);
 }
 
+TEST(Trend, DoesNotExtrapolateFarBeyondZero) {
+  const Numbers sizes{4.0, 2.0, 1.0};
+  const Trend vanishes = trend(sizes, power_law(sizes, 0.0, 2.0, 1.0), 0.0);
+  EXPECT_EQ(vanishes.verdict, Verdict::converges);
+  EXPECT_NEAR(vanishes.limit.value_or(1.0), 0.0, 1e-14);
+  const Trend beyond = trend(sizes, power_law(sizes, -1.5, 2.0, 1.0), 0.0);  // a limit of -1.5 from a value of 0.5
+  EXPECT_EQ(beyond.verdict, Verdict::slow);
+  EXPECT_FALSE(beyond.limit.has_value());
+}
+
 TEST(Trend, KnowsRoundOff) {
   const Numbers sizes{4.0, 2.0, 1.0};
   EXPECT_EQ(trend(sizes, Numbers{0.0, 0.0, 0.0}, 0.0).verdict, Verdict::constant);
@@ -213,7 +223,7 @@ TEST(Plan, LinesThroughTheFinestOnly) {
   const ScopedOptions options{
       {{"-filter_frequency", "100,200,400"}, {"-beam_elements", "20,40,80"}, {"-ts_dt", "1e-3,1e-4"}}};
   std::vector<Series> series = read_series("");
-  const std::vector<PlannedRun> runs = plan(series, {.axes = {}, .lines_only = true}, "out");
+  const std::vector<PlannedRun> runs = plan(series, {.axes = {}, .design = Design::lines}, "out");
   EXPECT_EQ(runs.size(), 1U + 2U + 2U + 1U);
 }
 
@@ -241,7 +251,7 @@ TEST(Plan, RefinesSegments) {
 TEST(Plan, FurtherAxesGoInTheirOwnDirection) {
   const ScopedOptions options{{{"-support_width", "1,0.5,0.25"}, {"-initial_height", "1,2"}}};
   std::vector<Series> series = read_series("");
-  EXPECT_EQ(plan(series, {.axes = {"support_width", "initial_height"}, .lines_only = false}, "out").size(), 6U);
+  EXPECT_EQ(plan(series, {.axes = {"support_width", "initial_height"}, .design = Design::grid}, "out").size(), 6U);
   EXPECT_EQ(series[0].axes[0].sizes, (Numbers{1.0, 0.5, 0.25}));
   EXPECT_EQ(series[0].axes[1].sizes, (Numbers{1.0, 0.5}));
 }
@@ -263,9 +273,9 @@ TEST(Plan, RefusesWhatMakesNoSense) {
   refused({{"-filter_frequency", "100,200,"}}, {}, "", "-filter_frequency: ''");
   refused({{"-filter_frequency", "100,-200"}}, {}, "", "'-200'");
   refused({{"-filter_frequency", "100,100"}}, {}, "", "must differ");
-  refused({{"-support_width", "1,3,2"}}, {.axes = {"support_width"}, .lines_only = false}, "", "coarse to fine");
-  refused({}, {.axes = {"support_width"}, .lines_only = false}, "", "-study_axes: -support_width");
-  refused({{"-beam_length", "1,1"}, {"-beam_elements", "1,2"}}, {.axes = {"beam_elements"}, .lines_only = false}, "",
+  refused({{"-support_width", "1,3,2"}}, {.axes = {"support_width"}, .design = Design::grid}, "", "coarse to fine");
+  refused({}, {.axes = {"support_width"}, .design = Design::grid}, "", "-study_axes: -support_width");
+  refused({{"-beam_length", "1,1"}, {"-beam_elements", "1,2"}}, {.axes = {"beam_elements"}, .design = Design::grid}, "",
           "-study_refine");
   refused({{"-beam_elements", "1,2"}, {"-study_refine", "1,2"}}, {}, "", "-study_refine");
   refused({{"-study_refine", "1,2.5"}}, {}, "", "'2.5'");
