@@ -49,8 +49,9 @@ enum class Bound {
 /// @brief What is known of a quantity along one axis.
 struct Trend {
   Verdict verdict = Verdict::no_values;
-  std::vector<std::optional<double>> orders;  ///< observed with each three successive values; empty: does not tell
-  std::optional<double> limit;                ///< by Richardson extrapolation; only where `converges`
+  std::vector<std::optional<double>>
+      orders;  ///< observed with each three successive values; an empty one does not tell; none if `constant`
+  std::optional<double> limit;  ///< by Richardson extrapolation; only where `converges`
   /// Of the finest value: distance to the limit where `converges`; the last change (constant, settled, slow, does not
   /// converge, two values); the spread of the last values (not monotone, irregular).
   double error = 0.0;
@@ -111,9 +112,6 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
   for (std::size_t i = 1; i < count; ++i) {
     change.push_back(value[i] - value[i - 1]);
   }
-  for (std::size_t i = 0; i + 2 < count; ++i) {
-    result.orders.push_back(observed_order(size.subspan(i).first<3>(), value.subspan(i).first<3>()));
-  }
   const auto judge = [&result](Verdict verdict, double error, Bound bound) {
     result.verdict = verdict;
     result.error = error;
@@ -125,6 +123,9 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
   const double last_change = std::abs(change.back());
   if (std::ranges::all_of(last, [noise](double d) { return std::abs(d) <= noise; })) {
     return judge(Verdict::constant, last_change, Bound::estimate);
+  }
+  for (std::size_t i = 0; i + 2 < count; ++i) {
+    result.orders.push_back(observed_order(size.subspan(i).first<3>(), value.subspan(i).first<3>()));
   }
   if (count == 2) {
     return judge(Verdict::two_values, last_change, Bound::changes);

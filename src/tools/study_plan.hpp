@@ -277,7 +277,7 @@ inline double expected_cost() {
   const auto number = [](const std::string& word, double otherwise) {
     double value = 0.0;
     const auto status = std::from_chars(word.data(), word.data() + word.size(), value).ec;
-    return status == std::errc{} && value > 0.0 ? value : otherwise;
+    return status == std::errc{} && value > 0.0 && std::isfinite(value) ? value : otherwise;
   };
   double elements = 0.0;
   for (const std::string& word : split(option_value("-beam_elements").value_or("20"), ',')) {

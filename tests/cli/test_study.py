@@ -187,6 +187,23 @@ class Series(StudyTest):
         self.assertIn("work and error against the limit of fine", out)
         self.assertEqual(study["series"][0]["axes"][0]["values"], ["100", "200", "400"])
 
+    def test_contact_laws_on_one_table(self):
+        study, *_ = self.study({"filter_frequency": "100,200", "study_series":
+                                "points: ; pads: -support_width 1; line: -contact_surface line; "
+                                "unfiltered: -ts_type moreau -filter_frequency none -ts_dt 4e-4,2e-4"}, 2)
+        self.assertEqual({run["state"] for run in study["runs"]}, {"finished"})
+        found = {name: [run["quantities"] for run in study["runs"] if run["series"] == name]
+                 for name in ("points", "pads", "line", "unfiltered")}
+        for runs in found.values():
+            self.assertEqual(len(runs), 2)
+            for one in runs:
+                # Whatever the law: the momentum of a beam in flight is what the supports gave. 1e-6: -ts_rtol 1e-7.
+                speed = np.sqrt(2 * one["energy_centre"] / STEEL_MASS)
+                self.assertAlmostEqual(STEEL_MASS * (speed + 9.81 * 0.55) / one["impulse"], 1.0, delta=1e-6)
+        self.assertGreater(found["points"][1]["penetration"], 0.01)
+        self.assertLess(found["line"][1]["penetration"], 1e-12)
+        self.assertEqual(found["unfiltered"][0]["energy_springs"], 0.0)
+
     def test_pictures(self):
         self.study({"filter_frequency": "100,200,400", "study_series": self.SERIES}, 2)
         result = subprocess.run([sys.executable, PLOT, "study", str(self.scratch / "study")], capture_output=True,
