@@ -2,7 +2,8 @@
 """udar-plot: pictures of one run of udar, or of several runs laid over each other.
 
 Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts,
-deflection and impulses in RUN/plots; several runs give gauges, energy and contacts in ./plots.
+deflection and impulses in RUN/plots; several runs give gauges, energy and contacts in ./plots. A study
+of udar-study gives its results against each axis, and work against precision, in DIR/plots.
 """
 import argparse
 import dataclasses
@@ -332,9 +333,10 @@ class Pen:
 
     def write(self, figure, name, headline, runs, times=None):
         """Titles, saves and closes a figure; prints each file written."""
-        if self.title:
-            headline = f"{self.title}: {headline[0].lower()}{headline[1:]}"
-        figure.suptitle(f"{headline}\n{describe(runs, times)}", fontsize=12, linespacing=1.5)
+        self.save(figure, name, f"{with_title(self, headline)}\n{describe(runs, times)}")
+
+    def save(self, figure, name, title):
+        figure.suptitle(title, fontsize=12, linespacing=1.5)
         for kind in self.formats:
             path = self.output / f"{name}.{kind}"
             metadata = {"Date": None} if kind == "svg" else None
@@ -674,6 +676,129 @@ def draw_impulses(pen, run):
     pen.write(figure, "impulses", "Impulse each support gave to the beam in impacts (up is positive)", [run])
 
 
+# ------------------------------------------------------------------------------------------------ studies
+
+
+STUDIED = ("impulse", "rebound_velocity", "penetration", "deflection_down", "deflection_up", "energy_centre",
+           "energy_vibration", "energy_springs", "energy_lost")
+AXIS_UNITS = {"filter_frequency": " [rad/s]", "ts_dt": " [s]"}
+MARKERS = "osD^vP*"
+
+
+def read_study(folder):
+    path = folder / "study.json"
+    try:
+        study = json.loads(path.read_text(encoding="utf-8"))
+        known = [run["quantities"] for run in study["runs"] if run["state"] == "finished"]
+        study["shown"] = [name for name in STUDIED
+                          if any(isinstance(values.get(name), (int, float)) for values in known)]
+        study["units"] = {name: entry["unit"] for name, entry in study["quantities"].items()}
+        study["folder"] = folder
+        for series in study["series"]:
+            series["name"], series["axes"], series["analysis"]
+        study["work_precision"], study["reference"]
+    except (OSError, ValueError) as error:
+        raise PlotError(f"{path}: cannot be read: {first_line(error)}") from None
+    except (KeyError, TypeError, AttributeError) as error:
+        raise PlotError(f"{path}: not a study: {first_line(error)} is missing") from None
+    if not study["shown"]:
+        raise PlotError(f"{path}: no run of the study has finished")
+    return study
+
+
+def study_panels(pen, study):
+    """A figure with a panel for each quantity; yields them with their names."""
+    columns = min(3, len(study["shown"]))
+    rows = -(-len(study["shown"]) // columns)
+    figure, axes = pen.figure(4.3 * columns + 0.5, 2.9 * rows + 1.4, rows, columns)
+    for axis in axes.flat[len(study["shown"]):]:
+        axis.remove()
+    return figure, list(zip(axes.flat, study["shown"]))
+
+
+def series_legend(panels):
+    """One legend for all panels, to the right of the first row; none for a single series."""
+    entries = {}
+    for axis, _ in panels:
+        for handle, label in zip(*axis.get_legend_handles_labels()):
+            entries.setdefault(label, handle)
+    if len(entries) > 1:
+        panels[min(3, len(panels)) - 1][0].legend(entries.values(), entries.keys(), loc="upper left",
+                                                  bbox_to_anchor=(1.01, 1.0))
+
+
+def draw_study_axis(pen, study, key):
+    """Each quantity against one axis, the others at their finest; what the verdict is, in the legend of the panel."""
+    figure, panels = study_panels(pen, study)
+    unit = AXIS_UNITS.get(key, "")
+    for axis, name in panels:
+        verdicts = []
+        for number, series in enumerate(study["series"]):
+            along = series["analysis"].get(name, {}).get("along", {}).get(key)
+            if not along or not along["values"]:
+                continue
+            colour = SERIES[number % len(SERIES)]
+            x = [float(study["runs"][run]["axes"][key]) for run in along["runs"]]
+            axis.plot(x, along["values"], color=colour, marker=MARKERS[number % len(MARKERS)], markersize=5,
+                      label=series["name"])
+            if along["limit"] is not None:
+                axis.axhline(along["limit"], color=colour, linestyle=(0, (4, 1.5)), linewidth=1.0)
+            order = along["orders"][-1] if along["verdict"] == "converges" else None
+            verdict = along["verdict"] if order is None else f"order {order:.2f}"
+            verdicts.append(f"{series['name']}: {verdict}" if len(study["series"]) > 1 else verdict)
+        axis.set_xscale("log")
+        axis.set_title("\n".join([f"{name} [{study['units'][name]}]", *verdicts]), loc="left", pad=3, fontsize=10)
+        axis.set_xlabel(key + unit)
+        ticks = sorted({float(run["axes"][key]) for run in study["runs"] if key in run["axes"]})
+        axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axis.minorticks_off()
+    series_legend(panels)
+    pen.save(figure, f"study-{key}", with_title(pen, f"Results against {key}\ndashed: extrapolated limit"))
+
+
+def draw_work_precision(pen, study, cost, label):
+    from matplotlib.ticker import LogLocator, NullFormatter
+    figure, panels = study_panels(pen, study)
+    for axis, name in panels:
+        empty = True
+        for number, series in enumerate(study["series"]):
+            points = sorted((entry[cost], entry["errors"].get(name)) for entry in study["work_precision"]
+                            if entry["series"] == series["name"] and entry["errors"].get(name) and entry[cost])
+            if points:
+                empty = False
+                axis.plot(*zip(*points), color=SERIES[number % len(SERIES)], marker=MARKERS[number % len(MARKERS)],
+                          markersize=5, linestyle="none" if len(points) > 8 else "-", label=series["name"])
+        axis.set_title(name, loc="left", pad=3, fontsize=10)
+        axis.set_xlabel(label)
+        axis.set_ylabel(f"error [{study['units'][name]}]")
+        if empty:
+            say_empty(axis, "no error")
+        else:
+            axis.set_xscale("log")
+            axis.set_yscale("log")
+            axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.xaxis.set_major_formatter("{x:g}")
+            axis.xaxis.set_minor_formatter(NullFormatter())
+    series_legend(panels)
+    of = "each series' own limit" if study["reference"] == "own" else f"the limit of {study['reference']}"
+    pen.save(figure, f"study-work-{cost}", with_title(pen, f"Work and precision\nerror against {of}"))
+
+
+def with_title(pen, text):
+    return f"{pen.title}: {text[0].lower()}{text[1:]}" if pen.title else text
+
+
+def draw_study(options, folder):
+    study = read_study(folder)
+    output = pathlib.Path(options.output or folder / "plots")
+    output.mkdir(parents=True, exist_ok=True)
+    pen = Pen(output, options.format, options.dpi, options.title)
+    for key in dict.fromkeys(axis["key"] for series in study["series"] for axis in series["axes"]):
+        draw_study_axis(pen, study, key)
+    draw_work_precision(pen, study, "line_solves", "line solves")
+    draw_work_precision(pen, study, "wall_seconds", "wall time [s]")
+
+
 # ------------------------------------------------------------------------------------------------ command line
 
 
@@ -707,7 +832,9 @@ def parse(arguments):
     parser = Parser(
         prog="udar-plot", description="Draws the results of one run of udar, or of several runs laid over each other.",
         epilog="One run: gauges, energy, contacts, deflection, impulses. Several runs: gauges, energy, contacts. "
-               "Prints the files written, one per line. Exit code 2: a run or an option is not as it should be.")
+               "A folder of udar-study (also written: study DIR): its results against each axis, work "
+               "against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
+               "as it should be.")
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
     parser.add_argument("--output", metavar="DIR",
                         help="where the pictures go (default: RUN/plots; for several runs ./plots)")
@@ -739,6 +866,13 @@ def note(text):
 
 def main(arguments):
     options = parse(arguments)
+    if options.run[0] == "study" and len(options.run) > 1:
+        del options.run[0]
+    if any((pathlib.Path(folder) / "study.json").is_file() for folder in options.run):
+        if len(options.run) > 1:
+            raise PlotError("a study is drawn by itself, not with other folders")
+        draw_study(options, pathlib.Path(options.run[0]))
+        return
     several = len(options.run) > 1
     runs = [read_run(folder, with_fields=not several) for folder in options.run]
     chosen = choose_gauges(runs[0], options.gauges)

@@ -19,4 +19,6 @@ constexpr const char* kHelp =
 
 }  // namespace
 
-int main(int argc, char** argv) { return udar::app::guarded_main(argc, argv, kHelp, udar::app::run); }
+int main(int argc, char** argv) {
+  return udar::app::guarded_main(argc, argv, kHelp, [](MPI_Comm comm) { return udar::app::run(comm).exit_code; });
+}

@@ -236,7 +236,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
 
 }  // namespace
 
-int run(MPI_Comm comm) {
+RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const CostMark begin = cost_mark();
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
@@ -252,7 +252,7 @@ int run(MPI_Comm comm) {
   Equations equations{line, loads, input.initial};
   ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
   if (help) {
-    return 0;
+    return {};
   }
   const std::vector<Mode> modes = modes_to_show(input, line);
   petsc::check_unknown_options(comm);
@@ -276,13 +276,18 @@ int run(MPI_Comm comm) {
   for (const auto& observer : observers) {
     dynamics.add_observer(*observer);
   }
+  if (listener) {
+    dynamics.add_observer(listener(input, beam, line.mass()));
+  }
   dynamics.set_stop_request([] { return signal_received != 0; });
 
   const CostMark stepping = cost_mark();
   const PetscInt solves_before = line.solves();
+  RunResult result;
   const auto summarise = [&] {
     const CostMark end = cost_mark();
-    io::Summary summary = make_summary(input, line, dynamics);
+    io::Summary& summary = result.summary;
+    summary = make_summary(input, line, dynamics);
     summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
@@ -313,7 +318,7 @@ int run(MPI_Comm comm) {
       input.output.directory.c_str()));
   if (std::abs(dynamics.energy().drift()) > kWorthAWarning) {
     UDAR_CALL(
-        PetscFPrintf(comm, stderr,
+        PetscFPrintf(comm, PETSC_STDERR,
                      "udar: warning: the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or "
                      "-ts_dt\n",
                      dynamics.energy().drift()));
@@ -322,46 +327,54 @@ int run(MPI_Comm comm) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));
     constexpr int kStoppedBySteps = 3;
-    return signal_number != 0 ? 128 + signal_number : kStoppedBySteps;
+    result.exit_code = signal_number != 0 ? 128 + signal_number : kStoppedBySteps;
   }
-  return 0;
+  return result;
+}
+
+std::string failure_of(MPI_Comm comm, const std::function<void()>& body) {
+  MPI_Comm watch = MPI_COMM_NULL;
+  MPI_Comm_dup(comm, &watch);
+  std::string failure;
+  try {
+    body();
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  if (!failure.empty()) {
+    // All ranks fail together, or this one is alone and the others wait for it in some collective: find out.
+    using namespace std::chrono_literals;
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ibarrier(watch, &request);
+    int together = 0;
+    for (int wait = 0; wait < 100 && together == 0; ++wait) {
+      MPI_Test(&request, &together, MPI_STATUS_IGNORE);
+      std::this_thread::sleep_for(together != 0 ? 0ms : 20ms);
+    }
+    if (together == 0) {
+      int rank = 0;
+      MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
+      std::fprintf(stderr, "udar: error: %s (on rank %d alone)\n", failure.c_str(), rank);
+      std::fflush(stderr);
+      MPI_Abort(PETSC_COMM_WORLD, 1);
+    }
+  }
+  MPI_Comm_free(&watch);
+  return failure;
 }
 
 int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm)) {
-  std::string failure;
   int code = 0;
   try {
     const petsc::Session session{argc, argv, help};
-    MPI_Comm watch = MPI_COMM_NULL;
-    MPI_Comm_dup(PETSC_COMM_WORLD, &watch);
-    try {
-      code = program(PETSC_COMM_WORLD);
-    } catch (const std::exception& error) {
-      failure = error.what();
-      code = 1;
-    }
+    const std::string failure = failure_of(PETSC_COMM_WORLD, [&] { code = program(PETSC_COMM_WORLD); });
     if (!failure.empty()) {
-      int rank = 0;
-      MPI_Comm_rank(watch, &rank);
-      // All ranks fail together, or this one is alone and the others wait for it in some collective: find out.
-      using namespace std::chrono_literals;
-      MPI_Request request = MPI_REQUEST_NULL;
-      MPI_Ibarrier(watch, &request);
-      int together = 0;
-      for (int wait = 0; wait < 100 && together == 0; ++wait) {
-        MPI_Test(&request, &together, MPI_STATUS_IGNORE);
-        std::this_thread::sleep_for(together != 0 ? 0ms : 20ms);
-      }
-      if (together == 0 || rank == 0) {
-        std::fprintf(stderr, "udar: error: %s%s\n", failure.c_str(),
-                     together == 0 ? (" (on rank " + std::to_string(rank) + " alone)").c_str() : "");
+      code = 1;
+      if (petsc::Session::on_first_rank()) {
+        std::fprintf(stderr, "udar: error: %s\n", failure.c_str());
         std::fflush(stderr);
       }
-      if (together == 0) {
-        MPI_Abort(PETSC_COMM_WORLD, 1);
-      }
     }
-    MPI_Comm_free(&watch);
   } catch (const std::exception& error) {  // an options file that cannot be used: the same on every rank
     if (petsc::Session::on_first_rank()) {
       std::fprintf(stderr, "udar: error: %s\n", error.what());

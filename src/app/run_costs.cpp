@@ -57,7 +57,7 @@ void add_costs(MPI_Comm comm, const CostMark& begin, const CostMark& stepping, c
   for (const auto& [stage, totals] : end.stages) {
     const petsc::EventTotals& before = stepping.stages.at(stage);
     if (stage == "assemble") {
-      seconds[stage] = totals.seconds;
+      seconds[stage] = totals.seconds - begin.stages.at(stage).seconds;
       continue;
     }
     seconds[stage] = totals.seconds - before.seconds;

@@ -158,14 +158,14 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
   const MPI_Comm comm = line.beam().comm();
   if (!line.parameters().unfiltered && !modes.empty() && modes.front().distortion() < -kWarningShare) {
     UDAR_CALL(
-        PetscFPrintf(comm, stderr,
+        PetscFPrintf(comm, PETSC_STDERR,
                      "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
                      "the curves are qualitative. -filter_frequency %.3g would keep it to 1 %%\n",
                      modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
                      7.02 * modes.front().frequency));
   }
   if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
-    UDAR_CALL(PetscFPrintf(comm, stderr,
+    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR,
                            "udar: warning: the line is predicted to sink %.3g m through its supports (drop %.3g m, "
                            "support stiffness %.3g N/m)%s\n",
                            springs.predicted_sag, springs.drop, springs.stiffness,
@@ -178,7 +178,7 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
 ProgressLine::ProgressLine(MPI_Comm comm) : begin_{Clock::now()}, last_{begin_} {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  visible_ = rank == 0 && output_is_watched();
+  visible_ = rank == 0 && PETSC_STDOUT == stdout && output_is_watched();
 }
 
 void ProgressLine::step(const Progress& progress) {

@@ -16,8 +16,9 @@
 namespace udar::petsc {
 namespace {
 
-constexpr std::array kOwnGroups = {"beam_",  "structure_", "filter_",  "support_", "contact_", "initial_", "load_",
-                                   "gauge_", "output_",    "restart_", "udar_",    "bench_",   "gravity",  "floor"};
+constexpr std::array kOwnGroups = {"beam_",    "structure_", "filter_", "support_", "contact_",
+                                   "initial_", "load_",      "gauge_",  "output_",  "restart_",
+                                   "udar_",    "bench_",     "study_",  "gravity",  "floor"};
 /// What PETSc and SLEPc put behind the prefix of the line solver, nested solvers included.
 constexpr std::array kSolverGroups = {"filter_ksp_",       "filter_pc_",         "filter_mat_",    "filter_sub_",
                                       "filter_mg_",        "filter_eps_",        "filter_st_",     "filter_redundant_",
@@ -277,7 +278,7 @@ bool OptionGroup::named(const char* key, std::vector<std::string>& words, const 
   return true;
 }
 
-void check_unknown_options(MPI_Comm comm) {
+void check_unknown_options(MPI_Comm comm, std::string_view group) {
   PetscInt count = 0;
   char** names = nullptr;
   char** values = nullptr;
@@ -286,6 +287,9 @@ void check_unknown_options(MPI_Comm comm) {
   std::string unused;
   for (const char* name : std::span{names, static_cast<std::size_t>(count)}) {
     const std::string_view key{name};
+    if (!key.starts_with(group)) {
+      continue;
+    }
     if (starts_with_any(key, kSolverGroups)) {
       unused += std::string{unused.empty() ? "-" : ", -"} + name;
     } else if (starts_with_any(key, kOwnGroups) && unknown.empty()) {
@@ -299,7 +303,7 @@ void check_unknown_options(MPI_Comm comm) {
     throw InputError{"unknown option " + unknown + "; the nearest known option is " + *nearest + " (see -help)"};
   }
   if (!unused.empty()) {
-    UDAR_CALL(PetscFPrintf(comm, stderr, "udar: warning: not used by the chosen solver: %s\n", unused.c_str()));
+    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: not used by the chosen solver: %s\n", unused.c_str()));
   }
 }
 

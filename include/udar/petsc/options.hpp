@@ -9,6 +9,7 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -127,8 +128,9 @@ template <class T>
 
 /// @brief Refuses a key of one of udar's groups that nobody has read, and names the nearest known key; a left-over key
 /// of a solver under `-filter_` is only reported on standard error.
+/// @param[in] group judge only the keys that start so, for a program that reads the others later
 /// @note Collective; call after the last `SetFromOptions` and set-up.
-void check_unknown_options(MPI_Comm comm);
+void check_unknown_options(MPI_Comm comm, std::string_view group = {});
 
 /// @brief All options in the database, one `-key value` per line.
 [[nodiscard]] std::string effective_options();
