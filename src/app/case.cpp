@@ -22,7 +22,7 @@ using Numbers = std::vector<double>;
 enum class SectionKind { circle, tube, rectangle, direct };
 enum class Theory { euler_bernoulli, timoshenko };
 enum class EndKind { free, pinned, clamped, spring };
-enum class Weighting { inclusive };
+enum class Weighting { tributary, inclusive };
 
 template <class T>
 using Names = std::pair<const char*, T>;
@@ -40,7 +40,8 @@ constexpr std::array kSides{Names<SupportSide>{"below", SupportSide::below},
                             Names<SupportSide>{"above", SupportSide::above}};
 constexpr std::array kSurfaces{Names<ContactSurface>{"mass", ContactSurface::mass},
                                Names<ContactSurface>{"line", ContactSurface::line}};
-constexpr std::array kWeightings{Names<Weighting>{"inclusive", Weighting::inclusive}};
+constexpr std::array kWeightings{Names<Weighting>{"tributary", Weighting::tributary},
+                                 Names<Weighting>{"inclusive", Weighting::inclusive}};
 
 Numbers column(const io::Table& table, std::size_t index) {
   Numbers values(table.rows());
@@ -373,14 +374,15 @@ void read_contact(MPI_Comm comm, Case& input) {
   Numbers height{0.0};
   Numbers restitution{1.0};
   std::vector<SupportSide> side{SupportSide::below};
-  Weighting weighting = Weighting::inclusive;
+  Weighting weighting = Weighting::tributary;
   bool floor = false;
   double floor_height = 0.0;
   group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
   const bool width_given = group.reals("-support_width", width, "m", petsc::non_negative(),
                                        "width along the beam; 0: the nearest node alone");
   group.choice<Weighting>("-support_weighting", weighting, kWeightings,
-                          "inclusive: every node within the width, edges included, counts with its whole mass");
+                          "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
+                          "or inclusive, each its whole lumped mass, edges included");
   const bool height_given =
       group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
   const bool side_given =
@@ -422,6 +424,10 @@ void read_contact(MPI_Comm comm, Case& input) {
                               .height = height[i],
                               .restitution = restitution[i],
                               .side = side[i]});
+    const Support& support = input.supports.back();
+    if (weighting == Weighting::tributary && support.width > 0.0) {
+      input.beam.mass_patches.push_back({.from = support.from(), .to = support.to()});
+    }
   }
   if (floor) {
     input.supports.push_back(Support::floor(floor_height, restitution.back()));

@@ -64,6 +64,9 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   for (const LineSupport& spring : input.beam.line_supports) {
     lists << "line " << spring.position << ' ' << spring.stiffness << ';';
   }
+  for (const MassPatch& patch : input.beam.mass_patches) {
+    lists << "patch " << patch.from << ' ' << patch.to << ';';
+  }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
           << static_cast<int>(support.side) << ';';
@@ -119,6 +122,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
     return lowest_modes(line, input.view ? 6 : 1);
   }
   BeamParameters coarse = input.beam;
+  coarse.mass_patches.clear();  // may be finer than this mesh
   PetscInt elements = 0;
   for (BeamSegment& segment : coarse.segments) {
     const double share = static_cast<double>(segment.elements) / static_cast<double>(beam.elements());

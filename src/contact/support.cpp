@@ -27,7 +27,7 @@ BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support
     const PetscInt node = beam.nearest_node(support.position);
     return {.first = node, .last = node};
   }
-  return beam.nodes_within(support.position - 0.5 * support.width, support.position + 0.5 * support.width);
+  return beam.nodes_within(support.from(), support.to());
 }
 
 std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports) {

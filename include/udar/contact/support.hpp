@@ -17,13 +17,17 @@ enum class SupportSide : std::int8_t {
   above = -1,  ///< keeps masses below its height
 };
 
-/// @brief A rigid support; it touches every node within its width, edges included, each with its whole mass.
+/// @brief A rigid support; it touches every node within its width, edges included. Where the beam has a mass patch from
+/// `from()` to `to()` these carry the mass of the width, else each its own.
 struct Support {
   double position = 0.0;     ///< centre [m] from the left end
   double width = 0.0;        ///< [m]; 0: the nearest node alone
   double height = 0.0;       ///< [m]
   double restitution = 1.0;  ///< e in v+ = -e v-, from 0 to 1
   SupportSide side = SupportSide::below;
+
+  [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
+  [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
 
   /// A support under the whole beam.
   [[nodiscard]] static Support floor(double height, double restitution) {
