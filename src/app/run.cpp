@@ -69,7 +69,10 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ';';
+          << static_cast<int>(support.side) << ' ' << support.yield_speed << ';';
+    for (std::size_t i = 0; i < support.profile.x.size(); ++i) {
+      lists << support.profile.x[i] << ' ' << support.profile.height[i] << ';';
+    }
   }
   for (const NodalLoad& load : input.loads) {
     lists << load.position << ' ';
@@ -104,9 +107,13 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
   for (const Support& support : input.supports) {
     layout.supports.push_back({.position = support.position,
                                .width = support.width,
-                               .height = support.height,
+                               .height = support.profile.x.empty() ? support.height
+                                                                   : std::ranges::max(support.profile.height),
                                .restitution = support.restitution,
                                .side = static_cast<int>(support.side)});
+    layout.ground_x.insert(layout.ground_x.end(), support.profile.x.begin(), support.profile.x.end());
+    layout.ground_height.insert(layout.ground_height.end(), support.profile.height.begin(),
+                                support.profile.height.end());
   }
   return layout;
 }
