@@ -392,7 +392,8 @@ void read_contact(MPI_Comm comm, Case& input) {
   const bool side_given =
       group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
   group.boolean("-floor", floor, "a rigid floor under the whole beam");
-  const bool floor_height_given = group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
+  const bool floor_height_given =
+      group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
   group.string("-ground_profile", ground_file,
                "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
                "rows, constant outside");

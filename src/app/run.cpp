@@ -105,12 +105,12 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
   }
   layout.gauge_position = input.gauges;
   for (const Support& support : input.supports) {
-    layout.supports.push_back({.position = support.position,
-                               .width = support.width,
-                               .height = support.profile.x.empty() ? support.height
-                                                                   : std::ranges::max(support.profile.height),
-                               .restitution = support.restitution,
-                               .side = static_cast<int>(support.side)});
+    layout.supports.push_back(
+        {.position = support.position,
+         .width = support.width,
+         .height = support.profile.x.empty() ? support.height : std::ranges::max(support.profile.height),
+         .restitution = support.restitution,
+         .side = static_cast<int>(support.side)});
     layout.ground_x.insert(layout.ground_x.end(), support.profile.x.begin(), support.profile.x.end());
     layout.ground_height.insert(layout.ground_height.end(), support.profile.height.begin(),
                                 support.profile.height.end());

@@ -4,8 +4,7 @@
 
 namespace udar {
 
-ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance,
-                               double yield_speed) {
+ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance, double yield_speed) {
   ContactOutcome outcome{.velocity = std::max(mass.velocity, 0.0), .impact = mass.velocity < 0.0};
   if (outcome.impact) {
     outcome.velocity = -falling_restitution(restitution, yield_speed, -mass.velocity) * mass.velocity;

@@ -49,12 +49,12 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
     const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
       if (from < to) {
         ContactRun& run = runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
-                        .last = static_cast<std::size_t>(to - beam.begin()),
-                        .support = static_cast<PetscInt>(index),
-                        .side = static_cast<double>(support.side),
-                        .level = support.height,
-                        .restitution = support.restitution,
-                        .yield_speed = support.yield_speed});
+                                                       .last = static_cast<std::size_t>(to - beam.begin()),
+                                                       .support = static_cast<PetscInt>(index),
+                                                       .side = static_cast<double>(support.side),
+                                                       .level = support.height,
+                                                       .restitution = support.restitution,
+                                                       .yield_speed = support.yield_speed});
         for (PetscInt node = from; node < to && !support.profile.x.empty(); ++node) {
           run.profile.push_back(support.height_at(beam.position(node)));
         }

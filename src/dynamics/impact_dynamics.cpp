@@ -92,8 +92,12 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
         const Support& support = contact_.supports()[static_cast<std::size_t>(run.support)];
         const bool floor = std::isinf(support.width);
         std::ostringstream message;
-        message << "option " << (!support.profile.x.empty() ? "-ground_profile" : floor ? "-floor_height" : "-support_height") << ": " << run.height(node)
-                << " is not allowed, " << (floor ? "the ground" : "support " + std::to_string(run.support))
+        message << "option "
+                << (!support.profile.x.empty() ? "-ground_profile"
+                    : floor                    ? "-floor_height"
+                                               : "-support_height")
+                << ": " << run.height(node) << " is not allowed, "
+                << (floor ? "the ground" : "support " + std::to_string(run.support))
                 << " overlaps the beam at the start, by " << -gap
                 << " m at x = " << beam.position(beam.begin() + static_cast<PetscInt>(node))
                 << " m; expected a height on its own side of the beam (-initial_height) [m]";

@@ -147,7 +147,7 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
   if (contact_->resting(node)) {
     return;  // on another support
   }
-  const auto seen = [&run](Kinematics motion) {
+  const auto seen = [&run, node](Kinematics motion) {
     return Kinematics{.position = run.side * (motion.position - run.height(node)),
                       .velocity = run.side * motion.velocity,
                       .acceleration = run.side * motion.acceleration};

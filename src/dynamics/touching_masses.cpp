@@ -101,10 +101,7 @@ TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
     const bool rests = mass.resting == run.support + 1;
     const bool held = problem.resting == static_cast<int>(index);
     if (rests || (!held && (!stop.present || run.side * at > run.side * stop.at))) {
-      stop = {.at = at,
-              .restitution = run.restitution,
-              .yield_speed = run.yield_speed * sweep_->step,
-              .present = true};
+      stop = {.at = at, .restitution = run.restitution, .yield_speed = run.yield_speed * sweep_->step, .present = true};
       meeting.runs[index] = &run;
     }
     if (rests) {
@@ -143,9 +140,9 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
     mark_near({.side = run.side,
                .height = run.level,
                .heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first),
-               .together = contact_->together(0.0, run.level)}, last - first,
-              sweep_->start + first, bound.data() + (first - from), contact_->resting_supports().data() + first,
-              near_.data());
+               .together = contact_->together(0.0, run.level)},
+              last - first, sweep_->start + first, bound.data() + (first - from),
+              contact_->resting_supports().data() + first, near_.data());
     for (std::size_t near = next_near(0, last - first); near < last - first; near = next_near(near + 1, last - first)) {
       const std::size_t node = first + near;
       const std::size_t i = node - from;
@@ -221,7 +218,8 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
     const ContactRun& run = contact_->runs()[at];
     if (node >= run.first && node < run.last) {
       simple = simple && only == nullptr &&
-               run.side * (sweep_->start[node] - run.height(node)) > contact_->together(sweep_->start[node], run.height(node));
+               run.side * (sweep_->start[node] - run.height(node)) >
+                   contact_->together(sweep_->start[node], run.height(node));
       only = &run;
       mass.run = static_cast<std::int32_t>(at);
     }

@@ -28,8 +28,8 @@ inline constexpr std::array<std::array<double, kMostTerms>, kMostTerms> kLegendr
 /// @brief What a mass meets. Displacements [m] count from its position at the start of the step, velocities [m per
 /// step].
 struct Stop {
-  double at = 0.0;           ///< displacement at which it touches [m]
-  double restitution = 1.0;  ///< e
+  double at = 0.0;                                               ///< displacement at which it touches [m]
+  double restitution = 1.0;                                      ///< e
   double yield_speed = std::numeric_limits<double>::infinity();  ///< where e begins to fall [m per step]
   bool present = false;
 };
@@ -264,7 +264,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     const double side = met == 0 ? 1.0 : -1.0;
     place = support.at;
     const double before = side * velocity;
-    const double after = before < 0.0 ? -falling_restitution(support.restitution, support.yield_speed, -before) * before : before;
+    const double after =
+        before < 0.0 ? -falling_restitution(support.restitution, support.yield_speed, -before) * before : before;
     const double pull = side * z2 * (value(problem.line.data(), problem.terms, tau) - place);
     if (before < 0.0) {
       journal.impact(met, tau, velocity, side * after);
