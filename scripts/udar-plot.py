@@ -58,6 +58,8 @@ class Support:
     height: float
     side: float
     is_floor: bool
+    x: np.ndarray     # outline of the contact face from left to right
+    face: np.ndarray  # its height there
 
 
 @dataclasses.dataclass
@@ -157,6 +159,7 @@ def read_records(file, folder, name, columns, finished):
 
 def read_supports(file, x):
     columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
+    ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
     supports = []
     for number, (position, width, height, side) in enumerate(zip(*columns)):
         low, high = position - width / 2, position + width / 2
@@ -164,7 +167,12 @@ def read_supports(file, x):
         if is_floor:
             low, high, position = x[0], x[-1], (x[0] + x[-1]) / 2
         name = "floor" if is_floor else f"support {number}, x = {position:g} m"
-        supports.append(Support(name, low, high, position, height, side, is_floor))
+        outline = np.array([low, high] if high > low else [position])
+        face = np.full(len(outline), height)
+        if is_floor and ground and number == len(columns[0]) - 1:
+            outline = np.unique(np.concatenate([outline, ground[0][(ground[0] > low) & (ground[0] < high)]]))
+            face = np.interp(outline, *ground)
+        supports.append(Support(name, low, high, position, height, side, is_floor, outline, face))
     return supports
 
 
@@ -594,9 +602,10 @@ def draw_supports_side(axis, run, unit, thickness):
     """Supports seen from the side, on their side of the beam: points as wedges, those with a width as blocks."""
     half = 0.012 * np.ptp(run.x)
     for support in run.supports:
-        top, foot = support.height / unit, support.height / unit - support.side * thickness
+        face = support.face / unit
+        top, foot = face[0], np.min(support.side * face) * support.side - support.side * thickness
         if support.high > support.low:
-            outline = [support.low, support.high, support.high, support.low], [top, top, foot, foot]
+            outline = [*support.x, support.high, support.low], [*face, foot, foot]
         else:
             outline = [support.position, support.position + half, support.position - half], [top, foot, foot]
         axis.fill(*outline, facecolor="#d0d0d0", edgecolor=GREY, linewidth=0.8, zorder=1)
@@ -605,7 +614,7 @@ def draw_supports_side(axis, run, unit, thickness):
 def draw_deflection(pen, run):
     contacts = run.first_contacts()
     origin, side = min(contacts, default=(0.0, 1.0))
-    heights = np.concatenate([run.line_rows.ravel(), [support.height for support in run.supports]])
+    heights = np.concatenate([run.line_rows.ravel(), *[support.face for support in run.supports]])
     heights = heights[np.isfinite(heights)]
     span = np.ptp(heights) if len(heights) else 1.0
     unit, unit_name = length_unit(span)

@@ -22,10 +22,12 @@ using Numbers = std::vector<double>;
 enum class SectionKind { circle, tube, rectangle, direct };
 enum class Theory { euler_bernoulli, timoshenko };
 enum class EndKind { free, pinned, clamped, spring };
-enum class Weighting { inclusive };
+enum class Weighting { tributary, inclusive };
 
 template <class T>
 using Names = std::pair<const char*, T>;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 constexpr std::array kSections{
     Names<SectionKind>{"circle", SectionKind::circle}, Names<SectionKind>{"tube", SectionKind::tube},
@@ -40,7 +42,8 @@ constexpr std::array kSides{Names<SupportSide>{"below", SupportSide::below},
                             Names<SupportSide>{"above", SupportSide::above}};
 constexpr std::array kSurfaces{Names<ContactSurface>{"mass", ContactSurface::mass},
                                Names<ContactSurface>{"line", ContactSurface::line}};
-constexpr std::array kWeightings{Names<Weighting>{"inclusive", Weighting::inclusive}};
+constexpr std::array kWeightings{Names<Weighting>{"tributary", Weighting::tributary},
+                                 Names<Weighting>{"inclusive", Weighting::inclusive}};
 
 Numbers column(const io::Table& table, std::size_t index) {
   Numbers values(table.rows());
@@ -373,22 +376,32 @@ void read_contact(MPI_Comm comm, Case& input) {
   Numbers height{0.0};
   Numbers restitution{1.0};
   std::vector<SupportSide> side{SupportSide::below};
-  Weighting weighting = Weighting::inclusive;
+  Weighting weighting = Weighting::tributary;
   bool floor = false;
   double floor_height = 0.0;
+  std::string ground_file;
+  Numbers yield_speed{kInfinity};
   group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
   const bool width_given = group.reals("-support_width", width, "m", petsc::non_negative(),
                                        "width along the beam; 0: the nearest node alone");
   group.choice<Weighting>("-support_weighting", weighting, kWeightings,
-                          "inclusive: every node within the width, edges included, counts with its whole mass");
+                          "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
+                          "or inclusive, each its whole lumped mass, edges included");
   const bool height_given =
       group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
   const bool side_given =
       group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
   group.boolean("-floor", floor, "a rigid floor under the whole beam");
-  group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
+  const bool floor_height_given =
+      group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
+  group.string("-ground_profile", ground_file,
+               "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
+               "rows, constant outside");
   group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
-              "restitution e in v+ = -e v-; one, or one per support (the floor after the last support)");
+              "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
+  group.reals("-support_yield_speed", yield_speed, "m/s", petsc::positive_or_infinite(),
+              "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support (floor or "
+              "ground after the last support); inf: it does not");
   group.choice<ContactSurface>("-contact_surface", input.contact.surface, kSurfaces,
                                "who touches the supports: the masses, by the impact law, or the line, held off by "
                                "contact forces without any restitution");
@@ -401,9 +414,14 @@ void read_contact(MPI_Comm comm, Case& input) {
   width = per_support("-support_width", width, width_given);
   height = per_support("-support_height", height, height_given);
   side = per_support("-support_side", side, side_given);
-  if (count + (floor ? 1 : 0) > 0) {
-    restitution = petsc::one_per("-contact_restitution", restitution, count + (floor ? 1 : 0),
-                                 "one per support, the floor included");
+  if (!ground_file.empty() && (floor || floor_height_given)) {
+    throw InputError{"option -ground_profile: '" + ground_file +
+                     "' is not allowed together with -floor or -floor_height, expected one ground [m]"};
+  }
+  const std::size_t all = count + (floor || !ground_file.empty() ? 1 : 0);
+  if (all > 0) {
+    restitution = petsc::one_per("-contact_restitution", restitution, all, "one per support, floor or ground included");
+    yield_speed = petsc::one_per("-support_yield_speed", yield_speed, all, "one per support, floor or ground included");
   }
   if (input.contact.surface == ContactSurface::line) {
     for (const double e : restitution) {
@@ -421,10 +439,24 @@ void read_contact(MPI_Comm comm, Case& input) {
                               .width = width[i],
                               .height = height[i],
                               .restitution = restitution[i],
-                              .side = side[i]});
+                              .side = side[i],
+                              .yield_speed = yield_speed[i]});
+    const Support& support = input.supports.back();
+    if (weighting == Weighting::tributary && support.width > 0.0) {
+      input.beam.mass_patches.push_back({.from = support.from(), .to = support.to()});
+    }
   }
   if (floor) {
     input.supports.push_back(Support::floor(floor_height, restitution.back()));
+  }
+  if (!ground_file.empty()) {
+    const io::Table table = io::read_table(comm, "-ground_profile", ground_file, 2);
+    require_ascending("-ground_profile", ground_file, column(table, 0), "positions [m]");
+    input.supports.push_back(Support::floor(0.0, restitution.back()));
+    input.supports.back().profile = {.x = column(table, 0), .height = column(table, 1)};
+  }
+  if (all > count) {
+    input.supports.back().yield_speed = yield_speed.back();
   }
 }
 

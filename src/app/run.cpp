@@ -64,9 +64,15 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   for (const LineSupport& spring : input.beam.line_supports) {
     lists << "line " << spring.position << ' ' << spring.stiffness << ';';
   }
+  for (const MassPatch& patch : input.beam.mass_patches) {
+    lists << "patch " << patch.from << ' ' << patch.to << ';';
+  }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ';';
+          << static_cast<int>(support.side) << ' ' << support.yield_speed << ';';
+    for (std::size_t i = 0; i < support.profile.x.size(); ++i) {
+      lists << support.profile.x[i] << ' ' << support.profile.height[i] << ';';
+    }
   }
   for (const NodalLoad& load : input.loads) {
     lists << load.position << ' ';
@@ -99,11 +105,15 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
   }
   layout.gauge_position = input.gauges;
   for (const Support& support : input.supports) {
-    layout.supports.push_back({.position = support.position,
-                               .width = support.width,
-                               .height = support.height,
-                               .restitution = support.restitution,
-                               .side = static_cast<int>(support.side)});
+    layout.supports.push_back(
+        {.position = support.position,
+         .width = support.width,
+         .height = support.profile.x.empty() ? support.height : std::ranges::max(support.profile.height),
+         .restitution = support.restitution,
+         .side = static_cast<int>(support.side)});
+    layout.ground_x.insert(layout.ground_x.end(), support.profile.x.begin(), support.profile.x.end());
+    layout.ground_height.insert(layout.ground_height.end(), support.profile.height.begin(),
+                                support.profile.height.end());
   }
   return layout;
 }
@@ -119,6 +129,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
     return lowest_modes(line, input.view ? 6 : 1);
   }
   BeamParameters coarse = input.beam;
+  coarse.mass_patches.clear();  // may be finer than this mesh
   PetscInt elements = 0;
   for (BeamSegment& segment : coarse.segments) {
     const double share = static_cast<double>(segment.elements) / static_cast<double>(beam.elements());

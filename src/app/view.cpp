@@ -56,7 +56,7 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   for (const ContactRun& run : contact_runs(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
-      drop = std::min(drop, masses.position[node] - run.height);
+      drop = std::min(drop, masses.position[node] - run.height(node));
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());

@@ -4,10 +4,10 @@
 
 namespace udar {
 
-ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance) {
+ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance, double yield_speed) {
   ContactOutcome outcome{.velocity = std::max(mass.velocity, 0.0), .impact = mass.velocity < 0.0};
   if (outcome.impact) {
-    outcome.velocity = -restitution * mass.velocity;
+    outcome.velocity = -falling_restitution(restitution, yield_speed, -mass.velocity) * mass.velocity;
   }
   const double hop = outcome.velocity * outcome.velocity;  // times 1 / (2 |a|)
   if (mass.acceleration < 0.0 && hop <= -2.0 * mass.acceleration * hop_tolerance) {

@@ -29,7 +29,7 @@ std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<S
         points.push_back({.node = node,
                           .support = static_cast<PetscInt>(index),
                           .side = static_cast<double>(support.side),
-                          .height = support.height});
+                          .height = support.height_at(beam.position(node))});
       }
     }
   }

@@ -27,7 +27,7 @@ BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support
     const PetscInt node = beam.nearest_node(support.position);
     return {.first = node, .last = node};
   }
-  return beam.nodes_within(support.position - 0.5 * support.width, support.position + 0.5 * support.width);
+  return beam.nodes_within(support.from(), support.to());
 }
 
 std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports) {
@@ -42,17 +42,22 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
     require(std::isfinite(support.height), "-support_height", support.height, "a finite number [m]");
     require(support.restitution >= 0.0 && support.restitution <= 1.0, "-contact_restitution", support.restitution,
             "a number from 0 to 1");
+    require(support.yield_speed > 0.0, "-support_yield_speed", support.yield_speed, "a number > 0 or inf [m/s]");
     const auto [first, last] = touched_nodes(beam, support);
     require(first <= last, "-support_width", support.width,
             "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
     const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
       if (from < to) {
-        runs.push_back({.first = static_cast<std::size_t>(from - beam.begin()),
-                        .last = static_cast<std::size_t>(to - beam.begin()),
-                        .support = static_cast<PetscInt>(index),
-                        .side = static_cast<double>(support.side),
-                        .height = support.height,
-                        .restitution = support.restitution});
+        ContactRun& run = runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
+                                                       .last = static_cast<std::size_t>(to - beam.begin()),
+                                                       .support = static_cast<PetscInt>(index),
+                                                       .side = static_cast<double>(support.side),
+                                                       .level = support.height,
+                                                       .restitution = support.restitution,
+                                                       .yield_speed = support.yield_speed});
+        for (PetscInt node = from; node < to && !support.profile.x.empty(); ++node) {
+          run.profile.push_back(support.height_at(beam.position(node)));
+        }
       }
     };
     PetscInt from = std::max(first, beam.begin());

@@ -112,21 +112,21 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
         }
         continue;
       }
-      const double gap = run.side * (position[node] - run.height);
-      if (gap > together(position[node], run.height) && !is_due) {
+      const double gap = run.side * (position[node] - run.height(node));
+      if (gap > together(position[node], run.height(node)) && !is_due) {
         continue;
       }
       const TouchingMass mass{.velocity = run.side * velocity[node],
                               .acceleration = run.side * acceleration * stretch[node],
                               .mass = mass_[node]};
-      const ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance);
+      const ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance, run.yield_speed);
       if (!outcome.impact && !outcome.rests) {
         continue;
       }
       if (outcome.impact) {
         hit(run, node, time, velocity[node], run.side * outcome.velocity, outcome.energy_loss);
       }
-      position[node] = run.height;
+      position[node] = run.height(node);
       velocity[node] = run.side * outcome.velocity;
       if (outcome.rests) {
         rest(run, node, time, outcome.impact ? 0.0 : outcome.energy_loss);

@@ -205,8 +205,9 @@ template <std::size_t Terms>
   }
 }
 
-template <std::size_t Terms>
-[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side, const Square& all) {
+template <std::size_t Terms, bool Level>
+[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side,
+                                                  const double* heights, const Square& all) {
   double bernstein[Terms][Terms];
   const double* __restrict line[Terms];
   for (std::size_t j = 0; j < Terms; ++j) {
@@ -219,7 +220,7 @@ template <std::size_t Terms>
   double lowest = std::numeric_limits<double>::max();
   UDAR_INDEPENDENT
   for (std::size_t i = 0; i < count; ++i) {
-    const double position = side * positions[i];
+    const double position = side * (Level ? positions[i] : positions[i] - heights[i]);
 #pragma GCC unroll 8
     for (std::size_t b = 0; b < Terms; ++b) {
       double value = position;
@@ -283,24 +284,38 @@ void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line
                         __attribute__((always_inline)) { return change_block<Terms>(line, count, change); });
 }
 
-UDAR_CLONES
-void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
-               const std::int32_t* resting, std::uint8_t* near) {
+namespace {
+
+template <bool Level>
+[[gnu::always_inline]] inline void mark_block(const Nearness& of, std::size_t count, const double* position,
+                                              const double* bound, const std::int32_t* resting, std::uint8_t* near) {
   const double side = of.side;
   const double height = of.height;
+  const double* heights = of.heights;
   const double together = of.together;
   for (std::size_t i = 0; i < count; ++i) {
     constexpr double kPerMetre = 1e-14;  // more than a position's rounding
-    const double gap = side * (position[i] + bound[i] - height);
+    const double gap = side * (position[i] + bound[i] - (Level ? height : heights[i]));
     const bool reached = gap <= together + kPerMetre * std::abs(position[i]);
     near[i] = static_cast<std::uint8_t>(static_cast<int>(reached) | static_cast<int>(resting[i] != 0));
   }
 }
 
+}  // namespace
+
 UDAR_CLONES
-double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side, const Square& bernstein) {
+void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
+               const std::int32_t* resting, std::uint8_t* near) {
+  return of.heights == nullptr ? mark_block<true>(of, count, position, bound, resting, near)
+                               : mark_block<false>(of, count, position, bound, resting, near);
+}
+
+UDAR_CLONES
+double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side, const double* heights,
+                   const Square& bernstein) {
   return with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
-    return lowest_block<Terms>(rows, count, side, bernstein);
+    return heights == nullptr ? lowest_block<Terms, true>(rows, count, side, heights, bernstein)
+                              : lowest_block<Terms, false>(rows, count, side, heights, bernstein);
   });
 }
 

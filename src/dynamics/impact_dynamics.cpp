@@ -87,12 +87,17 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
   std::string overlap;
   for (const ContactRun& run : near_) {
     for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
-      const double gap = run.side * (masses.position[node] - run.height);
-      if (gap < -contact_.together(masses.position[node], run.height)) {
-        const bool floor = std::isinf(contact_.supports()[static_cast<std::size_t>(run.support)].width);
+      const double gap = run.side * (masses.position[node] - run.height(node));
+      if (gap < -contact_.together(masses.position[node], run.height(node))) {
+        const Support& support = contact_.supports()[static_cast<std::size_t>(run.support)];
+        const bool floor = std::isinf(support.width);
         std::ostringstream message;
-        message << "option " << (floor ? "-floor_height" : "-support_height") << ": " << run.height
-                << " is not allowed, " << (floor ? "the floor" : "support " + std::to_string(run.support))
+        message << "option "
+                << (!support.profile.x.empty() ? "-ground_profile"
+                    : floor                    ? "-floor_height"
+                                               : "-support_height")
+                << ": " << run.height(node) << " is not allowed, "
+                << (floor ? "the ground" : "support " + std::to_string(run.support))
                 << " overlaps the beam at the start, by " << -gap
                 << " m at x = " << beam.position(beam.begin() + static_cast<PetscInt>(node))
                 << " m; expected a height on its own side of the beam (-initial_height) [m]";
@@ -114,7 +119,7 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
   }
   for (const ContactRun& run : near_) {
     for (std::size_t node = run.first; node < run.last; ++node) {
-      largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height));
+      largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height(node)));
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
@@ -330,7 +335,7 @@ void ImpactDynamics::start() {
       ledger_.initial = ledger_.total();
       for (const ContactRun& run : near_) {
         for (std::size_t node = run.first; node < run.last; ++node) {
-          contact_.line_at(run.side * (state.values()[node] + line.stretch[node] - run.height), node, time_);
+          contact_.line_at(run.side * (state.values()[node] + line.stretch[node] - run.height(node)), node, time_);
         }
       }
     }

@@ -177,7 +177,11 @@ UDAR_INLINE void advance_lanes(Batch& batch, double angle, std::size_t terms, st
   Mask rests = {};
   if (any(hit)) {
     const Pack before = side * velocity;
-    const Pack after = -pack(batch.restitution) * before;
+    Pack after;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      after[lane] =
+          -falling_restitution(batch.restitution[lane], batch.yield_speed[lane], -before[lane]) * before[lane];
+    }
     for (std::size_t from = 0; from + 1 < terms; ++from) {
       for (std::size_t k = terms - 1; k-- > from;) {
         line[k] += tau * line[k + 1];

@@ -147,8 +147,8 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
   if (contact_->resting(node)) {
     return;  // on another support
   }
-  const auto seen = [&run](Kinematics motion) {
-    return Kinematics{.position = run.side * (motion.position - run.height),
+  const auto seen = [&run, node](Kinematics motion) {
+    return Kinematics{.position = run.side * (motion.position - run.height(node)),
                       .velocity = run.side * motion.velocity,
                       .acceleration = run.side * motion.acceleration};
   };
@@ -205,7 +205,7 @@ double LocatedSteps::corrected_time(const Candidate& candidate, double time) con
     return candidate.slope > 0.0 ? time - side * end_.stretch[node] / candidate.slope : candidate.time;
   }
   const ReadArray end{state_};
-  const double gap = side * (end.values()[node] - candidate.run->height);
+  const double gap = side * (end.values()[node] - candidate.run->height(node));
   const double speed = side * end.values()[count_ + node];
   return speed < 0.0 ? time - gap / speed : candidate.time;
 }
@@ -252,7 +252,7 @@ double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double th
     const StepPolynomial motion = polynomial(node);
     line = motion.position(theta) + motion.acceleration(theta) / wf2_;
   }
-  return run.side * (line - run.height);
+  return run.side * (line - run.height(node));
 }
 
 /// Impulses of the forces that held the line in the step, by Simpson's rule: one more line solve.
@@ -291,8 +291,8 @@ void LocatedSteps::track_contact() {
   const double length = end_.time - start_.time;
   for (const ContactRun& run : contact_->runs()) {
     for (std::size_t node = run.first; node < run.last; ++node) {
-      const double first = run.side * (start_values_[node] + start_.stretch[node] - run.height);
-      const double last = run.side * (end_values_[node] + end_.stretch[node] - run.height);
+      const double first = run.side * (start_values_[node] + start_.stretch[node] - run.height(node));
+      const double last = run.side * (end_values_[node] + end_.stretch[node] - run.height(node));
       contact_->line_at(last, node, end_.time);
       // The minimum may lie inside the step: look there when the ends are close enough to the smallest gap so far.
       if (length > 0.0 && contact_->smallest(std::min(first, last) - std::abs(last - first))) {

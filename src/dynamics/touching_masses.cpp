@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "udar/contact/impact_law.hpp"
 #include "udar/dynamics/step_maps.hpp"
 
 namespace udar {
@@ -67,7 +68,7 @@ void TouchingMasses::finish(Largest& largest) { finish_batch(largest); }
 void TouchingMasses::at(double tau, std::span<double> position, std::span<double> velocity,
                         std::span<std::uint8_t> resting) const {
   for (const auto& [run, node] : pressed_) {
-    position[node] = run->height;
+    position[node] = run->height(node);
     velocity[node] = 0.0;
     resting[node] = 1;
   }
@@ -96,17 +97,17 @@ TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
     }
     const std::size_t index = run.side > 0.0 ? 0 : 1;
     local::Stop& stop = problem.stops[index];
-    const double at = run.height - sweep_->start[node];
+    const double at = run.height(node) - sweep_->start[node];
     const bool rests = mass.resting == run.support + 1;
     const bool held = problem.resting == static_cast<int>(index);
     if (rests || (!held && (!stop.present || run.side * at > run.side * stop.at))) {
-      stop = {.at = at, .restitution = run.restitution, .present = true};
+      stop = {.at = at, .restitution = run.restitution, .yield_speed = run.yield_speed * sweep_->step, .present = true};
       meeting.runs[index] = &run;
     }
     if (rests) {
       problem.resting = static_cast<int>(index);
     }
-    problem.together = std::max(problem.together, contact_->together(sweep_->start[node], run.height));
+    problem.together = std::max(problem.together, contact_->together(sweep_->start[node], run.height(node)));
   }
   return meeting;
 }
@@ -136,9 +137,12 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
     const std::span<const double> line = run.side > 0.0 ? line_high_ : line_low_;
     const std::size_t first = std::max(from, run.first);
     const std::size_t last = std::min(to, run.last);
-    mark_near({.side = run.side, .height = run.height, .together = contact_->together(0.0, run.height)}, last - first,
-              sweep_->start + first, bound.data() + (first - from), contact_->resting_supports().data() + first,
-              near_.data());
+    mark_near({.side = run.side,
+               .height = run.level,
+               .heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first),
+               .together = contact_->together(0.0, run.level)},
+              last - first, sweep_->start + first, bound.data() + (first - from),
+              contact_->resting_supports().data() + first, near_.data());
     for (std::size_t near = next_near(0, last - first); near < last - first; near = next_near(near + 1, last - first)) {
       const std::size_t node = first + near;
       const std::size_t i = node - from;
@@ -150,7 +154,7 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
           continue;
         }
         // Most resting masses are pressed down all along the step: nothing to compute.
-        if (run.side * (sweep_->start[node] + line[i] - run.height) < 0.0) {
+        if (run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
           free_[i] = 0.0;
           pressed_.push_back({.run = &run, .node = node});
           for (std::size_t j = 0; j < sweep_->terms && !sweep_->predict; ++j) {
@@ -191,7 +195,7 @@ void TouchingMasses::hold(const Pressed& mass) {
   for (std::size_t j = 0; j < sweep_->terms; ++j) {
     sweep_->set_moment(j, mass.node, 0.0);
   }
-  sweep_->end[mass.node] = mass.run->height;
+  sweep_->end[mass.node] = mass.run->height(mass.node);
   sweep_->end[sweep_->count + mass.node] = 0.0;
 }
 
@@ -214,7 +218,8 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
     const ContactRun& run = contact_->runs()[at];
     if (node >= run.first && node < run.last) {
       simple = simple && only == nullptr &&
-               run.side * (sweep_->start[node] - run.height) > contact_->together(sweep_->start[node], run.height);
+               run.side * (sweep_->start[node] - run.height(node)) >
+                   contact_->together(sweep_->start[node], run.height(node));
       only = &run;
       mass.run = static_cast<std::int32_t>(at);
     }
@@ -226,9 +231,10 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
     batch_.line[j][waiting_] = sweep_->line_rows[j][node];
   }
   batch_.velocity[waiting_] = sweep_->start[sweep_->count + node] * sweep_->step;
-  batch_.at[waiting_] = only->height - sweep_->start[node];
+  batch_.at[waiting_] = only->height(node) - sweep_->start[node];
   batch_.side[waiting_] = only->side;
   batch_.restitution[waiting_] = only->restitution;
+  batch_.yield_speed[waiting_] = only->yield_speed * sweep_->step;
   batch_mass_[waiting_] = index;
   batch_before_[waiting_] = before;
   if (++waiting_ == local::kLanes) {
@@ -294,7 +300,7 @@ void TouchingMasses::take(const Touching& mass, const Moments& before, const loc
     }
     sweep_->set_moment(j, node, next);
   }
-  sweep_->end[node] = rests != nullptr ? rests->height : sweep_->start[node] + outcome.displacement;
+  sweep_->end[node] = rests != nullptr ? rests->height(node) : sweep_->start[node] + outcome.displacement;
   sweep_->end[sweep_->count + node] = rests != nullptr ? 0.0 : outcome.velocity / sweep_->step;
   largest.finite =
       largest.finite && std::isfinite(sweep_->end[node]) && std::isfinite(sweep_->end[sweep_->count + node]);
@@ -324,7 +330,7 @@ void TouchingMasses::write_journal() {
     void pressed(int stop, double stretch) const { self->press(run(stop), node, stretch); }
   };
   for (const auto& [run, node] : pressed_) {
-    const double stretch = sweep_->line_rows[0][node] + sweep_->start[node] - run->height;  // its mean
+    const double stretch = sweep_->line_rows[0][node] + sweep_->start[node] - run->height(node);  // its mean
     press(*run, node, stretch);
   }
   contact_->expect(touching_.size());
@@ -332,7 +338,9 @@ void TouchingMasses::write_journal() {
     if (mass.known) {
       if (mass.impact <= 1.0) {
         const ContactRun& run = run_of(mass);
-        tell_impact(run, mass.node, mass.impact, mass.before, -run.restitution * mass.before);
+        const double share =
+            falling_restitution(run.restitution, run.yield_speed * sweep_->step, std::abs(mass.before));
+        tell_impact(run, mass.node, mass.impact, mass.before, -share * mass.before);
       }
       continue;
     }
@@ -359,8 +367,9 @@ void TouchingMasses::track_line() {
     block_low_.clear();
     for (std::size_t first = run.first; first < run.last; first += kBlock) {
       const std::size_t count = std::min(kBlock, run.last - first);
-      block_low_.push_back(lowest_line(sweep_->terms, sweep_->rows(first), count, run.side, line_bernstein_) -
-                           run.side * run.height);
+      const double* heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first);
+      block_low_.push_back(lowest_line(sweep_->terms, sweep_->rows(first), count, run.side, heights, line_bernstein_) -
+                           (heights != nullptr ? 0.0 : run.side * run.level));
     }
     // The lowest blocks first: after one or two no other can be lower.
     for (;;) {
@@ -381,7 +390,7 @@ void TouchingMasses::track_nodes(const ContactRun& run, std::size_t first, std::
     for (int k = 1; k <= 8; ++k) {
       const double tau = 0.125 * k;
       const double line = sweep_->start[node] + local::detail::value(powers.data(), sweep_->terms, tau);
-      contact_->line_at(run.side * (line - run.height), node, sweep_->begin + tau * sweep_->step);
+      contact_->line_at(run.side * (line - run.height(node)), node, sweep_->begin + tau * sweep_->step);
     }
   }
 }

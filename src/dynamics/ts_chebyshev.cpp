@@ -231,7 +231,7 @@ class Chebyshev final : public ProblemStepper {
     double first = step;
     for (const ContactRun& run : contact_->runs()) {
       for (std::size_t node = run.first; node < run.last; ++node) {
-        const double gap = run.side * (start_[node] - run.height);
+        const double gap = run.side * (start_[node] - run.height(node));
         const double speed = run.side * start_[count_ + node];
         const double pull = run.side * acceleration_[node];
         if (contact_->resting(node)) {
@@ -262,11 +262,11 @@ class Chebyshev final : public ProblemStepper {
   /// Gap, its rate and its second derivative.
   [[nodiscard]] Kinematics gap(const ContactRun& run, std::size_t node, const Sample& at) const {
     if (at.time == 0.0) {
-      return {.position = run.side * (start_[node] - run.height),
+      return {.position = run.side * (start_[node] - run.height(node)),
               .velocity = run.side * start_[count_ + node],
               .acceleration = run.side * acceleration_[node]};
     }
-    return {.position = run.side * (start_[node] - run.height + motion_->at(at.weights[0], node)),
+    return {.position = run.side * (start_[node] - run.height(node) + motion_->at(at.weights[0], node)),
             .velocity = run.side * motion_->at(at.weights[1], node),
             .acceleration = run.side * motion_->at(at.weights[2], node)};
   }
@@ -428,7 +428,7 @@ class Chebyshev final : public ProblemStepper {
         for (const Sample& at : samples) {
           double line = 0.0;  // above the support
           if (rests) {
-            line = run.side * (start_[node] - run.height) -
+            line = run.side * (start_[node] - run.height(node)) -
                    (contact_->resting_on(node, run) ? pressing(run, node, at)[0] : 0.0);
           } else {
             const Kinematics now = gap(run, node, at);

@@ -117,6 +117,10 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   add_of_supports("/support_height", [](const Support& support) { return support.height; });
   add_of_supports("/support_side", [](const Support& support) { return support.side; });
   add_of_supports("/support_restitution", [](const Support& support) { return support.restitution; });
+  if (!layout.ground_x.empty()) {
+    file.add_small("/ground_x", layout.ground_x);
+    file.add_small("/ground_height", layout.ground_height);
+  }
 }
 
 }  // namespace

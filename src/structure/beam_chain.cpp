@@ -73,6 +73,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     node_springs_.emplace_back(nearest_node(support.position), support.stiffness);
   }
   std::ranges::sort(node_springs_);
+  cut_masses();
 
   int rank = 0;
   int size = 1;
@@ -120,8 +121,119 @@ double BeamChain::mass(PetscInt node) const {
     const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
     return 0.5 * segment.mass_per_length * segment.length / static_cast<double>(segment.elements);
   };
-  return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) +
-         sum_at(node_masses_, node);
+  const double points = sum_at(node_masses_, node);
+  if (!pieces_.empty()) {
+    const auto first = [](const MassPiece& piece) { return piece.nodes.first; };
+    const MassPiece& piece = *std::prev(std::ranges::upper_bound(pieces_, node, {}, first));
+    if (node == piece.nodes.first || node == piece.nodes.last) {
+      const auto middle = [this](PetscInt element) { return 0.5 * (position(element) + position(element + 1)); };
+      return mass_between(node == piece.nodes.first ? piece.from : middle(node - 1),
+                          node == piece.nodes.last ? piece.to : middle(node)) +
+             points;
+    }
+  }
+  return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) + points;
+}
+
+double BeamChain::mass_between(double from, double to) const {
+  double sum = 0.0;
+  const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, from);
+  for (auto index = static_cast<std::size_t>(after - first_position_.begin() - 1);
+       index < parameters_.segments.size() && first_position_[index] < to; ++index) {
+    sum += parameters_.segments[index].mass_per_length *
+           (std::min(to, first_position_[index + 1]) - std::max(from, first_position_[index]));
+  }
+  return sum;
+}
+
+void BeamChain::cut_masses() {
+  const std::vector<MassPatch>& patches = parameters_.mass_patches;
+  std::vector<double> edges{0.0};
+  for (const MassPatch& patch : patches) {
+    require(patch.from < patch.to, "a mass patch must have a width > 0 [m]");
+    edges.push_back(std::clamp(patch.from, 0.0, length()));
+    edges.push_back(std::clamp(patch.to, 0.0, length()));
+  }
+  edges.push_back(length());
+  std::ranges::sort(edges);
+  const auto same = [this](double left, double right) {
+    return right - left <= kEdgeTolerance * element(std::min(nearest_node(left), elements() - 1)).length;
+  };
+  edges.erase(std::ranges::unique(edges, same).begin(), edges.end());
+  if (same(edges.back(), length())) {
+    edges.back() = length();
+  }
+  if (edges.size() < 3) {
+    return;  // nothing is cut
+  }
+  std::vector<std::ptrdiff_t> patches_over;
+  for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+    const double middle = 0.5 * (edges[i] + edges[i + 1]);
+    patches_over.push_back(std::ranges::count_if(
+        patches, [&](const MassPatch& patch) { return patch.from < middle && middle < patch.to; }));
+    pieces_.push_back({.from = edges[i],
+                       .to = edges[i + 1],
+                       .nodes = nodes_inside(edges[i], edges[i + 1]),
+                       .patch = patches_over.back() > 0});
+  }
+  // A node on an edge belongs to the patch, between two patches to the left one.
+  for (std::size_t i = 0; i + 1 < pieces_.size(); ++i) {
+    if (pieces_[i].nodes.last == pieces_[i + 1].nodes.first) {
+      if (patches_over[i] >= patches_over[i + 1]) {
+        ++pieces_[i + 1].nodes.first;
+      } else {
+        --pieces_[i].nodes.last;
+      }
+    }
+  }
+  // A patch narrower than the mesh takes the nearest node, whose other neighbours take what it carried beside.
+  const auto empty = [](const MassPiece& piece) { return piece.nodes.first > piece.nodes.last; };
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    if (pieces_[i].patch && empty(pieces_[i])) {
+      const PetscInt node = nearest_node(0.5 * (pieces_[i].from + pieces_[i].to));
+      if (i > 0 && pieces_[i - 1].nodes.last == node) {
+        --pieces_[i - 1].nodes.last;
+        pieces_[i].nodes = {.first = node, .last = node};
+      } else if (i + 1 < pieces_.size() && pieces_[i + 1].nodes.first == node) {
+        ++pieces_[i + 1].nodes.first;
+        pieces_[i].nodes = {.first = node, .last = node};
+      }
+    }
+  }
+  for (const MassPiece& piece : pieces_) {
+    if (empty(piece)) {
+      const double space = piece.to - piece.from;
+      const double middle = 0.5 * (piece.from + piece.to);
+      const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, middle);
+      const BeamSegment& segment = parameters_.segments[static_cast<std::size_t>(after - first_position_.begin() - 1)];
+      std::ostringstream message;
+      message << "option -beam_elements: " << segment.elements << " is not allowed, expected at least "
+              << std::ceil(2.0 * segment.length / space) << " on the " << segment.length
+              << " m there: the mesh has no node for the mass from " << piece.from << " to " << piece.to
+              << " m, between edges of supports (or -support_weighting inclusive)";
+      throw InputError{message.str()};
+    }
+  }
+  for (const MassPiece& piece : pieces_) {
+    for (const PetscInt node : {piece.nodes.first, piece.nodes.last}) {
+      if (!(mass(node) > 0.0)) {
+        std::ostringstream message;
+        message << "option -support_width: no mass is left for the node at " << position(node)
+                << " m beside the edge of a support there; move the edge off the end of the beam [m]";
+        throw InputError{message.str()};
+      }
+    }
+  }
+  for (const MassPatch& patch : patches) {
+    NodeRange nodes{.first = 0, .last = -1};
+    for (const MassPiece& piece : pieces_) {
+      const double middle = 0.5 * (piece.from + piece.to);
+      if (patch.from < middle && middle < patch.to) {
+        nodes = {.first = nodes.last < 0 ? piece.nodes.first : nodes.first, .last = piece.nodes.last};
+      }
+    }
+    patch_nodes_.push_back(nodes);
+  }
 }
 
 double BeamChain::sum_at(const NodeValues& values, PetscInt node) {
@@ -171,6 +283,13 @@ PetscInt BeamChain::nearest_node(double position) const {
 }
 
 BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {
+  const auto patch = std::ranges::find(parameters_.mass_patches, MassPatch{.from = from, .to = to});
+  return pieces_.empty() || patch == parameters_.mass_patches.end()
+             ? nodes_inside(from, to)
+             : patch_nodes_[static_cast<std::size_t>(patch - parameters_.mass_patches.begin())];
+}
+
+BeamChain::NodeRange BeamChain::nodes_inside(double from, double to) const {
   // Start from the nearest nodes and step over those outside; a node may belong to either of two segments.
   const auto tolerance = [this](PetscInt node) {
     return kEdgeTolerance * element(std::min(node, elements() - 1)).length;

@@ -90,7 +90,7 @@ inline void leapfrog(const Motion& motion, Equations& equations, double angle, R
     }
     for (const ContactRun& run : runs) {
       for (std::size_t i = run.first; i < run.last; ++i) {
-        if (run.side * (masses.position[i] - run.height) < 0.0 && run.side * masses.velocity[i] < 0.0) {
+        if (run.side * (masses.position[i] - run.height(i)) < 0.0 && run.side * masses.velocity[i] < 0.0) {
           masses.velocity[i] *= -run.restitution;
           result.impacts += 1.0;
         }

@@ -85,6 +85,20 @@ REFUSED = {
     "ceiling_in_the_beam": ({"support_side": "above,below"}, ["support", "overlap"]),
     "wrong_side": ({"support_side": "left"}, ["-support_side", "left", "below"]),
     "floor_in_the_beam": ({"floor": True, "floor_height": 2}, ["-floor_height", "2", "[m]"]),
+    "ground_and_floor": (
+        {"ground_profile": "table.csv", "floor": True},
+        ["-ground_profile", "table.csv", "-floor", "[m]"],
+    ),
+    "ground_in_the_beam": ({"ground_profile": "hill.csv"}, ["-ground_profile", "1.5", "overlaps", "[m]"]),
+    "ground_profile_goes_back": ({"ground_profile": "back.csv"}, ["-ground_profile", "back.csv", "ascending", "[m]"]),
+    "ragged_ground_profile": ({"ground_profile": "ragged.csv"}, ["-ground_profile", "ragged.csv", "line 3"]),
+    "zero_yield_speed": ({"support_yield_speed": 0}, ["-support_yield_speed", "0", "> 0", "[m/s]"]),
+    "three_yield_speeds_two_supports": ({"support_yield_speed": "1,1,1"}, ["-support_yield_speed", "3", "2"]),
+    "supports_nearer_than_the_mesh": (
+        {"support_position": "2,3.1", "support_width": 1},
+        ["-beam_elements", "20", "at least 200", "2.5", "2.6"],
+    ),
+    "wrong_weighting": ({"support_weighting": "equal"}, ["-support_weighting", "equal", "tributary"]),
     "three_heights_two_supports": ({"support_height": "0,0,0"}, ["-support_height", "3", "2"]),
     "three_widths_two_supports": ({"support_width": "1,1,1"}, ["-support_width", "3", "2"]),
     "three_sides_two_supports": ({"support_side": "below,below,below"}, ["-support_side", "3", "2"]),
@@ -137,6 +151,7 @@ FAILING = {
 
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
+    "hill.csv": "x,height\n0,0\n2,2\n4,1.5\n5,0\n",
     "words.csv": "time,force\n0,0\n1,heavy\n",
     "ragged.csv": "time,force\n0,0\n1\n",
     "back.csv": "time,force\n0,0\n1,10\n0.5,20\n",

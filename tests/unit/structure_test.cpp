@@ -50,6 +50,81 @@ TEST(BeamChain, LumpsHalfOfEachElementAndPointMasses) {
   EXPECT_NEAR(sum, beam.total_mass(), 1e-9);
 }
 
+double mass_of(const BeamChain& beam, BeamChain::NodeRange nodes) {
+  double sum = 0.0;
+  for (PetscInt node = nodes.first; node <= nodes.last; ++node) {
+    sum += beam.mass(node);
+  }
+  return sum;
+}
+
+TEST(MassPatch, HoldsTheMassOfItsLengthOnAnyMesh) {
+  // Edges on nodes, between nodes, off the beam's end, across segments; narrower than the mesh.
+  const std::vector<MassPatch> patches{{-0.5, 0.5}, {2.0, 3.0}, {4.55, 4.6}, {6.03, 7.28}, {9.3, 10.7}};
+  for (const PetscInt elements : {20, 37, 80, 320}) {
+    BeamParameters parameters = test::steel_beam(elements);
+    parameters.segments.push_back({.length = 2.0, .elements = 8, .bending_stiffness = 1e6, .mass_per_length = 50.0});
+    parameters.point_masses = {{.position = 4.0, .mass = 2.0}};
+    parameters.mass_patches = patches;
+    const BeamChain beam{PETSC_COMM_WORLD, parameters};
+    const double density = 7850.0 * std::numbers::pi * 0.01;  // kg/m
+    // Sums of some hundred masses, each rounded.
+    const double tolerance = 1e-12 * beam.total_mass();
+    EXPECT_NEAR(mass_of(beam, {0, beam.elements()}), beam.total_mass(), tolerance);
+    EXPECT_NEAR(mass_of(beam, beam.nodes_within(-0.5, 0.5)), 0.5 * density, tolerance);
+    EXPECT_NEAR(mass_of(beam, beam.nodes_within(2.0, 3.0)), density, tolerance);
+    EXPECT_NEAR(mass_of(beam, beam.nodes_within(4.55, 4.6)), 0.05 * density, tolerance);
+    EXPECT_NEAR(mass_of(beam, beam.nodes_within(6.03, 7.28)), 1.25 * density, tolerance);
+    EXPECT_NEAR(mass_of(beam, beam.nodes_within(9.3, 10.7)), 0.7 * density + 0.7 * 50.0, tolerance);
+    for (PetscInt node = 0; node < beam.nodes(); ++node) {
+      EXPECT_GT(beam.mass(node), 0.0) << node;
+    }
+  }
+}
+
+TEST(MassPatch, MovesMassBesideItsEdgesOnly) {
+  BeamParameters parameters = test::steel_beam(20);
+  const BeamChain plain{PETSC_COMM_WORLD, parameters};
+  parameters.mass_patches = {{1.4, 2.6}, {7.0, 8.0}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  const double density = 7850.0 * std::numbers::pi * 0.01;
+  EXPECT_DOUBLE_EQ(beam.mass(2), 0.65 * density);   // 0.75 to 1.4
+  EXPECT_DOUBLE_EQ(beam.mass(3), 0.35 * density);   // 1.4 to 1.75
+  EXPECT_DOUBLE_EQ(beam.mass(13), 0.75 * density);  // an edge on the next node: 6.25 to 7
+  EXPECT_DOUBLE_EQ(beam.mass(14), 0.25 * density);
+  for (const PetscInt node : {0, 1, 4, 8, 15, 18, 20}) {
+    EXPECT_EQ(beam.mass(node), plain.mass(node)) << node;
+  }
+}
+
+TEST(MassPatch, MayLieOverOrBesideAnother) {
+  BeamParameters parameters = test::steel_beam(40);
+  parameters.mass_patches = {{2.0, 4.0}, {2.0, 4.0}, {3.0, 5.0}, {5.0, 6.0}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  const double density = 7850.0 * std::numbers::pi * 0.01;
+  const auto over = beam.nodes_within(3.0, 5.0);
+  EXPECT_NEAR(mass_of(beam, beam.nodes_within(2.0, 4.0)), 2.0 * density, 1e-9);
+  EXPECT_NEAR(mass_of(beam, over), 2.0 * density, 1e-9);
+  EXPECT_NEAR(mass_of(beam, beam.nodes_within(5.0, 6.0)), density, 1e-9);
+  EXPECT_EQ(over.last, 20);  // the shared edge belongs to the left one
+  EXPECT_EQ(beam.nodes_within(5.0, 6.0).first, 21);
+}
+
+TEST(MassPatch, RefusesAMeshWithoutANodeBetweenTwo) {
+  BeamParameters parameters = test::steel_beam(20);
+  parameters.mass_patches = {{1.5, 2.6}, {2.7, 3.5}};
+  try {
+    const BeamChain beam{PETSC_COMM_WORLD, parameters};
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string{error.what()}.find("-beam_elements: 20 is not allowed, expected at least 200"),
+              std::string::npos)
+        << error.what();
+  }
+  parameters.segments.front().elements = 200;
+  EXPECT_NO_THROW((BeamChain{PETSC_COMM_WORLD, parameters}));
+}
+
 TEST(BeamChain, PlacesNodesAndFoundation) {
   BeamParameters parameters = two_segments();
   parameters.right = {.translational_stiffness = 11.0, .rotational_stiffness = 0.0};

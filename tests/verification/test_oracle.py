@@ -24,7 +24,7 @@ INTEGRATORS = {
 SUPPORTS = {
     "points": {"support_position": "2,8"},
     "ends": {"support_position": "0,10"},
-    "pads": {"support_position": "2,8", "support_width": 1},
+    "pads": {"support_position": "2,8", "support_width": 1, "support_weighting": "inclusive"},
     "floor": {"support_position": None, "floor": True},
 }
 

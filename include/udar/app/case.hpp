@@ -35,7 +35,7 @@ struct Case {
   double gravity = 9.81;  ///< [m/s^2]
   InitialState initial;
   std::vector<NodalLoad> loads;
-  std::vector<Support> supports;  ///< the floor, if any, is the last
+  std::vector<Support> supports;  ///< the floor or ground, if any, is the last
   ContactParameters contact;
   std::vector<double> gauges;  ///< [m]
   OutputParameters output;

@@ -2,7 +2,8 @@
 /// @file
 /// What happens to a mass that is on its support.
 
-#include <cstdint>
+#include <cmath>
+#include <limits>
 
 namespace udar {
 
@@ -21,10 +22,20 @@ struct ContactOutcome {
   bool rests = false;        ///< it stays on the support
 };
 
+/// @brief e0 up to the yield speed, e0 (v / v_y)^(-1/4) above it.
+/// @param speed v of the mass towards its support [m/s], > 0, or in the unit of `yield_speed`
+/// Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, section 11.5
+[[nodiscard]] inline double falling_restitution(double restitution, double yield_speed, double speed) {
+  const double ratio = yield_speed / speed;
+  return ratio < 1.0 ? restitution * std::sqrt(std::sqrt(ratio)) : restitution;
+}
+
 /// @brief Newton's law v+ = -e v-, and rest where the next hop would be lower than `hop_tolerance`.
-/// @param restitution   e, from 0 to 1
+/// @param restitution   e0, from 0 to 1
+/// @param yield_speed   of `falling_restitution` [m/s]; infinite: e does not fall
 /// @param hop_tolerance [m], >= 0
 /// Source: docs/theory.md, "Impact, rest and release"
-[[nodiscard]] ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance);
+[[nodiscard]] ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance,
+                                             double yield_speed = std::numeric_limits<double>::infinity());
 
 }  // namespace udar

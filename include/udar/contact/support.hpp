@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/polyline.hpp"
 
 namespace udar {
 
@@ -17,13 +18,24 @@ enum class SupportSide : std::int8_t {
   above = -1,  ///< keeps masses below its height
 };
 
-/// @brief A rigid support; it touches every node within its width, edges included, each with its whole mass.
+/// @brief A rigid support; it touches every node within its width, edges included. Where the beam has a mass patch from
+/// `from()` to `to()` these carry the mass of the width, else each its own.
 struct Support {
   double position = 0.0;     ///< centre [m] from the left end
   double width = 0.0;        ///< [m]; 0: the nearest node alone
   double height = 0.0;       ///< [m]
   double restitution = 1.0;  ///< e in v+ = -e v-, from 0 to 1
   SupportSide side = SupportSide::below;
+  double yield_speed = std::numeric_limits<double>::infinity();  ///< where e begins to fall [m/s], > 0
+  /// What is added to the height: linear between the points, constant beyond them; may be empty.
+  struct Profile {
+    std::vector<double> x;       ///< [m], strictly ascending
+    std::vector<double> height;  ///< [m]
+  };
+  Profile profile{};
+
+  [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
+  [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
 
   /// A support under the whole beam.
   [[nodiscard]] static Support floor(double height, double restitution) {
@@ -32,6 +44,8 @@ struct Support {
             .height = height,
             .restitution = restitution};
   }
+  /// Height of the contact face at x [m].
+  [[nodiscard]] double height_at(double x) const { return height + interpolate(profile.x, profile.height, x); }
 };
 
 /// @brief A row of this rank's nodes that may touch one support.
@@ -40,8 +54,13 @@ struct ContactRun {
   std::size_t last = 0;   ///< one past the last local node
   PetscInt support = 0;   ///< index of the support
   double side = 1.0;      ///< +1 support below, -1 above: gap = side (y - height)
-  double height = 0.0;    ///< [m]
+  double level = 0.0;     ///< height of a level support [m]
   double restitution = 1.0;
+  double yield_speed = std::numeric_limits<double>::infinity();  ///< [m/s]
+  std::vector<double> profile{};                                 ///< height at each node [m]; empty: level
+
+  /// Height of the contact face at a local node [m].
+  [[nodiscard]] double height(std::size_t node) const { return profile.empty() ? level : profile[node - first]; }
 };
 
 /// @brief The nodes a support touches: [first, last], empty if first > last.

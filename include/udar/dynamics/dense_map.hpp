@@ -83,6 +83,7 @@ void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t
 struct Nearness {
   double side = 1.0;
   double height = 0.0;
+  const double* heights = nullptr;  // of each mass, in place of `height`; null: level
   double together = 0.0;
 };
 
@@ -92,8 +93,9 @@ void mark_near(const Nearness& of, std::size_t count, const double* position, co
                const std::int32_t* resting, std::uint8_t* near);
 
 /// @brief A bound from below of `side` times the line's position over the step, for all of `count` nodes [m].
-/// @param rows line (p) and position @param bernstein [coefficient][Legendre term]
+/// @param rows line (p) and position @param heights what to count from [m]; null: zero
+/// @param bernstein [coefficient][Legendre term]
 [[nodiscard]] double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side,
-                                 const Square& bernstein);
+                                 const double* heights, const Square& bernstein);
 
 }  // namespace udar

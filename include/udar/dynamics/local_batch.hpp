@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "udar/dynamics/local_motion.hpp"
 
@@ -11,6 +12,11 @@ namespace udar::local {
 
 inline constexpr std::size_t kLanes = 8;
 using Lanes = std::array<double, kLanes>;
+[[nodiscard]] constexpr Lanes filled(double value) {
+  Lanes lanes{};
+  lanes.fill(value);
+  return lanes;
+}
 
 /// @brief Problems of one step, and their outcomes. @see Problem, Outcome
 struct alignas(64) Batch {
@@ -19,6 +25,7 @@ struct alignas(64) Batch {
   Lanes at{};                            ///< the stop: displacement at which the mass touches, off it at the start [m]
   Lanes side{};                          ///< +1 stop below, -1 above
   Lanes restitution{};
+  Lanes yield_speed = filled(std::numeric_limits<double>::infinity());  ///< [m per step]
 
   Lanes simple{};  ///< 0: not solved here, `advance` must
   std::array<Lanes, kMostTerms> moments{};

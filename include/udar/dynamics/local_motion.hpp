@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "udar/contact/impact_law.hpp"
+
 namespace udar::local {
 
 /// Most Legendre terms of the line's motion over a step.
@@ -26,8 +28,9 @@ inline constexpr std::array<std::array<double, kMostTerms>, kMostTerms> kLegendr
 /// @brief What a mass meets. Displacements [m] count from its position at the start of the step, velocities [m per
 /// step].
 struct Stop {
-  double at = 0.0;           ///< displacement at which it touches [m]
-  double restitution = 1.0;  ///< e
+  double at = 0.0;                                               ///< displacement at which it touches [m]
+  double restitution = 1.0;                                      ///< e
+  double yield_speed = std::numeric_limits<double>::infinity();  ///< where e begins to fall [m per step]
   bool present = false;
 };
 
@@ -261,7 +264,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     const double side = met == 0 ? 1.0 : -1.0;
     place = support.at;
     const double before = side * velocity;
-    const double after = before < 0.0 ? -support.restitution * before : before;
+    const double after =
+        before < 0.0 ? -falling_restitution(support.restitution, support.yield_speed, -before) * before : before;
     const double pull = side * z2 * (value(problem.line.data(), problem.terms, tau) - place);
     if (before < 0.0) {
       journal.impact(met, tau, velocity, side * after);

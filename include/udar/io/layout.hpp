@@ -36,6 +36,8 @@ struct RunLayout {
   std::vector<PetscInt> gauge_node;    ///< global node of each gauge
   std::vector<double> gauge_position;  ///< what was asked for [m]
   std::vector<Support> supports;       ///< the floor, if any, is the last
+  std::vector<double> ground_x;        ///< of the ground's profile [m]; empty: none
+  std::vector<double> ground_height;   ///< as many [m]
   double filter_frequency = 0.0;       ///< [rad/s]
   std::string options_text;            ///< one `-key value` per line
 };

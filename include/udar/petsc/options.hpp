@@ -31,6 +31,9 @@ struct Range {
 [[nodiscard]] constexpr Range positive() { return {.lowest = 0.0, .lowest_excluded = true}; }
 [[nodiscard]] constexpr Range non_negative() { return {.lowest = 0.0}; }
 [[nodiscard]] constexpr Range non_negative_or_infinite() { return {.lowest = 0.0, .infinity_allowed = true}; }
+[[nodiscard]] constexpr Range positive_or_infinite() {
+  return {.lowest = 0.0, .lowest_excluded = true, .infinity_allowed = true};
+}
 [[nodiscard]] constexpr Range at_least(double lowest) { return {.lowest = lowest}; }
 [[nodiscard]] constexpr Range between(double lowest, double highest) { return {.lowest = lowest, .highest = highest}; }
 

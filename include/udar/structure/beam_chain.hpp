@@ -49,6 +49,14 @@ struct LineSupport {
   double stiffness = BeamEnd::kRigid;  ///< [N/m], >= 0; infinite: the line is held there
 };
 
+/// @brief A part of the axis, often that of a support, whose nodes carry exactly the mass of its length.
+struct MassPatch {
+  double from = 0.0;  ///< [m] from the left end; may lie off the beam
+  double to = 0.0;    ///< [m], > from
+
+  bool operator==(const MassPatch&) const = default;
+};
+
 /// @brief Everything that describes a beam before it is distributed; the same on every rank.
 struct BeamParameters {
   std::vector<BeamSegment> segments;
@@ -57,6 +65,7 @@ struct BeamParameters {
   double tension = 0.0;  ///< axial tension [N], >= 0
   std::vector<PointMass> point_masses;
   std::vector<LineSupport> line_supports;
+  std::vector<MassPatch> mass_patches;
 };
 
 /// @brief One element of the massless line.
@@ -70,7 +79,9 @@ struct BeamElement {
 /// to the ranks in contiguous pieces.
 ///
 /// Properties of any node or element follow from the segments, so that no rank stores or builds more than its own
-/// nodes. Masses are lumped at the nodes, half an element's mass to each of its ends.
+/// nodes. Masses are lumped at the nodes, half an element's mass to each of its ends. Mass patches cut the axis at
+/// their edges: what lies on one side of an edge goes to the nearest node of that side, so that mass moves by O(h)
+/// there and the total stays. Source: docs/theory.md, "Supports with a width"
 class BeamChain {
  public:
   /// @note Collective.
@@ -95,11 +106,12 @@ class BeamChain {
   [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and springs [N/m], rigid ones excluded
   [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
   [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
-  /// All nodes in [from, to], edges included to 1e-9 of an element; empty if first > last.
   struct NodeRange {
     PetscInt first;
     PetscInt last;
   };
+  /// All nodes in [from, to], edges included to 1e-9 of an element; those that carry its mass if that is a mass patch.
+  /// Empty if first > last.
   [[nodiscard]] NodeRange nodes_within(double from, double to) const;
 
   /// The end condition of a node where a beam begins or ends, null of others.
@@ -140,6 +152,20 @@ class BeamChain {
   PetscInt begin_ = 0;
   PetscInt end_ = 0;
   double total_mass_ = 0.0;
+
+  /// Between two edges of mass patches: a row of nodes that carry what lies there.
+  struct MassPiece {
+    double from;
+    double to;
+    NodeRange nodes;
+    bool patch;  // lies in one
+  };
+  void cut_masses();
+  [[nodiscard]] NodeRange nodes_inside(double from, double to) const;
+  [[nodiscard]] double mass_between(double from, double to) const;
+
+  std::vector<MassPiece> pieces_;       // of the whole axis, ascending; empty: no patches
+  std::vector<NodeRange> patch_nodes_;  // of each mass patch
 };
 
 }  // namespace udar
