@@ -743,6 +743,7 @@ def draw_envelope(pen, run):
         high = np.maximum.reduceat(run.envelope[f"{name}_max"], first)
         peak = np.nanmax(np.abs([low, high]))
         unit, unit_name = (1e3, kilo) if peak >= 1e4 else (1.0, kilo[1:])
+        axis.use_sticky_edges = False
         shade_supports_upright(axis, run)
         if name == "shear":  # constant in an element
             edges = run.x[np.append(first, len(run.x) - 1)]
