@@ -77,6 +77,7 @@ void ContactState::strike(PetscInt support, std::size_t node, double time, doubl
   } else {
     losses_.push_back({.time = time, .energy = loss});
     press(support, impulse, time, time);
+    touch(node, time, time);
   }
 }
 

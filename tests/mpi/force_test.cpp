@@ -132,6 +132,47 @@ TEST_P(Forces, BalanceTheMomentumAtEverySnapshot) {
   }
 }
 
+/// Where forces hold the line there are no impacts: what it is held by is the same balance, and where it is held is the
+/// zone.
+TEST_P(Forces, OfContactOnTheLineBalanceTheMomentum) {
+  if (std::string_view{GetParam()} == "chebyshev") {
+    GTEST_SKIP() << "moves masses between impacts";
+  }
+  const test::Option end{"-ts_max_time", "0.6"};
+  const double wf = 100.0;
+  test::Fall fall{test::steel_beam(20),
+                  wf,
+                  kGravity,
+                  {.height = 0.2},
+                  {{.position = 2.0, .width = 1.0}, {.position = 8.0}},
+                  {.surface = ContactSurface::line}};
+  test::Recorder record{0.003};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const double weight = fall.beam.total_mass() * kGravity;
+  double worst = 0.0;
+  double steepest = 0.0;
+  int in_contact = 0;
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    std::array<double, 2> sums{0.0, static_cast<double>(record.zones[k].masses)};
+    for (std::size_t i = 0; i < record.velocities[k].size(); ++i) {
+      sums[0] += fall.beam.mass(fall.beam.begin() + static_cast<PetscInt>(i)) * record.velocities[k][i];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    const double given = sum_of(record.support_impulses[k]);
+    worst = std::max(worst, std::abs(given - sums[0] - weight * record.times[k]));
+    const double more = k > 0 ? given - sum_of(record.support_impulses[k - 1]) : 0.0;
+    steepest = std::max(steepest, more / 0.003);
+    EXPECT_GE(more, 0.0);
+    EXPECT_TRUE(more == 0.0 || sums[1] > 0.0) << "t = " << record.times[k];
+    in_contact += sums[1] > 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(steepest, weight);
+  EXPECT_GT(in_contact, 10);
+  EXPECT_LT(in_contact, static_cast<int>(record.times.size()) / 2);
+  EXPECT_LT(worst, 2.0 * steepest / (8.0 * wf));  // as above: even over steps of 1/wf
+}
+
 TEST(SupportForces, AreMeansOverWholeRowsNotShorterThanAsked) {
   EXPECT_DOUBLE_EQ((io::SupportForces{1, 0.01, 0.05}.window()), 0.05);
   EXPECT_DOUBLE_EQ((io::SupportForces{1, 0.01, 0.0501}.window()), 0.06);

@@ -113,7 +113,8 @@ class ContactState {
   /// @brief Adds to `sums` what each support gave to this rank's masses in the step before a time [N s], y up.
   /// @param passed share of the step that has passed by then
   void add_impulses(double time, double passed, std::span<double> sums) const;
-  /// @brief The nodes of this rank that were hit, rested or held the line from `since` until just before `until`, a time in the step.
+  /// @brief The nodes of this rank that were hit, rested or held the line from `since` until just before `until`, a
+  /// time in the step.
   /// @param resting nonzero for each local node that rests at `until`
   [[nodiscard]] ContactZone zone(double since, double until, std::span<const std::uint8_t> resting);
   /// Whether a gap would be the smallest so far.
