@@ -40,16 +40,16 @@ struct ContactZone {
 
 /// @brief The state at one time; the spans hold this rank's nodes in order and live only during the call.
 struct Snapshot {
-  double time = 0.0;                          ///< [s]
-  std::span<const double> mass_position;      ///< Ym [m]
-  std::span<const double> mass_velocity;      ///< Vm [m/s]
-  std::span<const double> line_position;      ///< Yc [m]
-  std::span<const double> moment;             ///< bending moment EI w'' [N m]
-  std::span<const std::uint8_t> resting;      ///< 1 where the mass rests on a support
-  EnergyLedger energy;                        ///< [J], whole structure
-  std::span<const double> shear{};            ///< dM/dx in the element right of each node [N]; 0 where there is none
-  std::span<const double> support_impulse{};  ///< of each support on the masses since t = 0 [N s], y up, all ranks
-  ContactZone zone{};                         ///< since the listener's last snapshot, this rank's masses
+  double time = 0.0;                        ///< [s]
+  std::span<const double> mass_position;    ///< Ym [m]
+  std::span<const double> mass_velocity;    ///< Vm [m/s]
+  std::span<const double> line_position;    ///< Yc [m]
+  std::span<const double> moment;           ///< bending moment EI w'' [N m]
+  std::span<const std::uint8_t> resting;    ///< 1 where the mass rests on a support
+  EnergyLedger energy;                      ///< [J], whole structure
+  std::span<const double> shear;            ///< dM/dx in the element right of each node [N]; 0 where there is none
+  std::span<const double> support_impulse;  ///< of each support on the masses since t = 0 [N s], y up, all ranks
+  ContactZone zone{};                       ///< since the listener's last snapshot, this rank's masses
 };
 
 /// @brief One mass hitting one support.
