@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -186,7 +187,7 @@ class CheckpointWriter final : public Observer {
   std::string fingerprint_;
 };
 
-void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
+MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
   io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
   if (checkpoint.case_fingerprint != fingerprint(input, beam)) {
     throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case (" +
@@ -199,9 +200,11 @@ void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam)
   state.scalars = std::move(checkpoint.scalars);
   state.tables = std::move(checkpoint.tables);
   dynamics.restore(state);
+  return state;
 }
 
-io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics) {
+io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics,
+                         const io::SupportForces& forces) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
@@ -235,6 +238,8 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
     summary.min_line_gap_x = gap.x;
     summary.min_line_gap_time = gap.time;
     summary.support_impulse = dynamics.support_impulses();
+    summary.force_window = forces.window();
+    summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
   summary.energy_drift = dynamics.energy().drift();
   summary.gauge_position = input.gauges;
@@ -267,8 +272,9 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   }
   const std::vector<Mode> modes = modes_to_show(input, line);
   petsc::check_unknown_options(comm);
+  std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {
-    restore(dynamics, input, beam);
+    earlier = restore(dynamics, input, beam);
   }
   io::prepare_run_directory(comm, input.output.directory, input.output.overwrite, input.restart.file);
 
@@ -278,15 +284,20 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   }
   print_warnings(input, line, modes, springs);
 
+  io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
   std::vector<std::unique_ptr<Observer>> observers = io::make_run_writers(
-      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval);
+      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval, &forces);
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));
   observers.push_back(std::make_unique<ProgressLine>(comm));
   for (const auto& observer : observers) {
+    if (earlier) {
+      observer->restore(*earlier);
+    }
     dynamics.add_observer(*observer);
   }
+  earlier.reset();
   if (listener) {
     dynamics.add_observer(listener(input, beam, line.mass()));
   }
@@ -298,7 +309,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const auto summarise = [&] {
     const CostMark end = cost_mark();
     io::Summary& summary = result.summary;
-    summary = make_summary(input, line, dynamics);
+    summary = make_summary(input, line, dynamics, forces);
     summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -257,40 +258,57 @@ void ImpactDynamics::emit_snapshots(double until) {
       break;
     }
     const petsc::LogScope output{petsc::log_events().output};
-    snapshot(std::min(time, until));
-    const Snapshot snapshot{.time = time,
-                            .mass_position = shown_.position,
-                            .mass_velocity = shown_.velocity,
-                            .line_position = shown_line_.stretch,
-                            .moment = shown_line_.moment,
-                            .resting = shown_resting_,
-                            .energy = ledger_};
+    snapshot(std::min(time, until), until);
+    Snapshot snapshot{.time = time,
+                      .mass_position = shown_.position,
+                      .mass_velocity = shown_.velocity,
+                      .line_position = shown_line_.stretch,
+                      .moment = shown_line_.moment,
+                      .resting = shown_resting_,
+                      .energy = ledger_,
+                      .shear = shown_shear_,
+                      .support_impulse = shown_impulse_};
+    double since = time;  // of the zone at hand; most listeners have the same interval, and none a row before the first
     for (Due& due : due_) {
       if (due_time(due) <= time + time_resolution(time)) {
+        const double last = due.next > 0 ? multiple(due.next - 1, due.observer->interval()) : time;
+        if (last != since) {
+          snapshot.zone = contact_.zone(last, std::min(time, until), shown_resting_);
+          since = last;
+        }
         ++due.next;
         due.observer->snapshot(snapshot);
       }
     }
   }
-  // 33 bytes per node, seldom needed.
+  // 41 bytes per node, seldom needed.
   shown_ = {};
   shown_line_ = {};
+  shown_shear_ = {};
   shown_resting_ = {};
 }
 
-/// Fills what is shown at one time of the step; the stretch becomes the position of the line.
-void ImpactDynamics::snapshot(double time) {
+/// Fills what is shown at one time of the step that ends at `until`; the stretch becomes the position of the line.
+void ImpactDynamics::snapshot(double time, double until) {
   shown_.position.resize(count_);
   shown_.velocity.resize(count_);
   shown_resting_.resize(count_);
   stepper_->masses(time, shown_.position, shown_.velocity, shown_resting_);
   equations_->evaluate(time, shown_.position, shown_line_, true);
   EnergyLedger now = equations_->energy(shown_line_, shown_.position, shown_.velocity);
-  std::array<double, 2> sums{contact_.lost_before(time), 0.0};  // within the step
+  shown_shear_.resize(count_);
+  equations_->line().shear(shown_line_.moment, shown_shear_);
+  const std::vector<double>& given = contact_.support_impulses();
+  std::vector<double> sums(2 + given.size(), 0.0);  // within the step
+  sums[0] = contact_.lost_before(time);
+  contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, std::span{sums}.subspan(2));
   if (equations_->loads().time_dependent()) {
     sums[1] = load_work_ + changing_load_work(time);
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
+                equations_->beam().comm());
+  shown_impulse_.resize(given.size());
+  std::transform(given.begin(), given.end(), sums.begin() + 2, shown_impulse_.begin(), std::plus{});
   now.lost_in_impacts = contact_.counts().lost + sums[0];
   now.load_work = sums[1];
   largest_kinetic_ = std::max(largest_kinetic_, now.kinetic);
@@ -478,6 +496,11 @@ MotionState ImpactDynamics::save() const {
   saved.fields["mass_position"] = std::move(now.position);
   saved.fields["mass_velocity"] = std::move(now.velocity);
   saved.fields["resting_on"].assign(resting.begin(), resting.end());
+  if (!contact_.supports().empty()) {
+    auto& last = saved.fields["last_contact"];
+    last = contact_.last_contact();
+    last.resize(count_, -kNever);  // none on a rank that nothing can touch
+  }
   const LineGap gap = smallest_line_gap();
   double work = load_work_;
   MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
@@ -500,6 +523,9 @@ MotionState ImpactDynamics::save() const {
                    {"line_gap_time", gap.time}};
   saved.tables["support_impulse"] = support_impulses();
   stepper_->save(saved);
+  for (const Observer* observer : observers_) {
+    observer->save(saved);
+  }
   return saved;
 }
 
@@ -535,7 +561,7 @@ void ImpactDynamics::restore(const MotionState& state) {
   contact_.restore(
       std::vector<std::int32_t>(resting.begin(), resting.end()), counts,
       {.gap = state.scalar("line_gap"), .x = state.scalar("line_gap_x"), .time = state.scalar("line_gap_time")},
-      impulses->second);
+      impulses->second, contact_.supports().empty() ? std::span<const double>{} : state.field("last_contact", count_));
   UDAR_CALL(TSSetTime(ts_, time_));
   stepper_->restore(state);
   restored_ = true;

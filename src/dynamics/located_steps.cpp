@@ -274,6 +274,9 @@ void LocatedSteps::track_line_contact() {
         point.support,
         point.side * length / 6.0 * (start_.contact_force[i] + 4.0 * halfway.contact_force[i] + end_.contact_force[i]));
     const std::size_t node = contact.local(i);
+    if (std::max({start_.contact_force[i], halfway.contact_force[i], end_.contact_force[i]}) > 0.0) {
+      contact_->touch(node, start_.time, end_.time);
+    }
     contact_->line_at(point.side * (end_values_[node] + end_.stretch[node] - point.height), node, end_.time);
   }
   const auto held = [](const LineState& state) {

@@ -325,6 +325,10 @@ void TouchingMasses::write_journal() {
     }
     void rest(int stop, double tau, double speed) const {
       self->contact_->rest(run(stop), node, at(tau), self->energy(node, speed / self->sweep_->step));
+      if (speed != 0.0) {  // the support also took what is left of the rebound
+        const double momentum = self->sweep_->mass[node] * speed / self->sweep_->step;
+        self->contact_->press(run(stop).support, -run(stop).side * momentum, at(tau), at(tau));
+      }
     }
     void release(int stop, double tau) const { self->contact_->release(run(stop), node, at(tau)); }
     void pressed(int stop, double stretch) const { self->press(run(stop), node, stretch); }

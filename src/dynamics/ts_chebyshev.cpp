@@ -421,8 +421,14 @@ class Chebyshev final : public ProblemStepper {
     for (std::size_t i = 1; i <= intervals; ++i) {
       samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
     }
-    const FreeMotion::Weights sum = motion_->weights(-1, length_);
+    std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
+    for (std::size_t i = 0; i < intervals && contact_->any_resting(); ++i) {
+      sums.push_back(motion_->weights(-1, samples[i].time));
+    }
+    std::vector<double> pressed(intervals);
     for (const ContactRun& run : contact_->runs()) {
+      bool presses = false;
+      std::ranges::fill(pressed, 0.0);
       for (std::size_t node = run.first; node < run.last; ++node) {
         const bool rests = contact_->resting(node);
         for (const Sample& at : samples) {
@@ -437,9 +443,20 @@ class Chebyshev final : public ProblemStepper {
           contact_->line_at(line, node, begin_ + at.time);
         }
         if (contact_->resting_on(node, run)) {
-          contact_->press(run.support,
-                          -wf_ * wf_ * equations_->line().mass()[node] * stretch_integral(node, length_, sum));
+          presses = true;
+          const double stiffness = wf_ * wf_ * equations_->line().mass()[node];
+          double before = 0.0;
+          for (std::size_t i = 0; i < intervals; ++i) {
+            const double stretch = stretch_integral(node, samples[i].time, sums[i]);
+            pressed[i] -= stiffness * (stretch - before);
+            before = stretch;
+          }
         }
+      }
+      // By intervals: a step may be much longer than what a force is averaged over.
+      for (std::size_t i = 0; i < intervals && presses; ++i) {
+        contact_->press(run.support, pressed[i], begin_ + (i > 0 ? samples[i - 1].time : 0.0),
+                        begin_ + samples[i].time);
       }
     }
   }

@@ -641,4 +641,14 @@ double FilteredLine::strain_energy(std::span<const double> line_displacement, st
   return energy;
 }
 
+void FilteredLine::shear(std::span<const double> moment, std::span<double> shear) const {
+  const std::size_t count = moment.size();
+  const double next = beam_->exchange<1>({moment.front()}, {moment.back()}).right[0];
+  for (std::size_t i = 0; i < count; ++i) {
+    const BeamElement& element = line_.elements[i + 1];
+    const double right = i + 1 < count ? moment[i + 1] : next;
+    shear[i] = LineData::present(element) ? (right - moment[i]) / element.length : 0.0;
+  }
+}
+
 }  // namespace udar

@@ -126,6 +126,10 @@ REFUSED = {
     "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml"]),
     "unknown_key_in_yaml": ({"options_file": "unknown.yaml"}, ["-beam_lenght", "-beam_length"]),
     "wrong_value_in_yaml": ({"options_file": "wrong.yaml", "beam_density": None}, ["-beam_density", "-1", "[kg/m^3]"]),
+    "force_window_below_half_a_filter_period": (
+        {"output_force_window": 0.03},
+        ["-output_force_window", "0.03", ">= pi / -filter_frequency = 0.0314159", "[s]"],
+    ),
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),

@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
-from common import STOPPED_BY_STEPS, UdarTest, case, datasets
+from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case, datasets
 
 # The orbits of these cases amplify a difference up to their end by less than 1000 (data/README.md), and 1e-12 m is what
 # solves in another order of the ranks may differ by.
@@ -73,6 +73,22 @@ class Ranks(UdarTest):
                 self.assertEqual(sorted(hits["node"]), sorted(impacts["node"]), f"nodes hit{run}")
                 np.testing.assert_array_equal(np.sort(hits["time"]), hits["time"], err_msg="impacts in order of time")
                 self.assertEqual(run.summary()["ranks"], ranks, run)
+                if changes.get("floor") or changes.get("support_position", True) is not None:
+                    self.check_forces(run, serial)
+                # Masses off by TOLERANCE: forces of the springs off by wf^2 m of it, moments by that times 10 m.
+                error = TOLERANCE * 100**2 * STEEL_MASS * 10
+                for name, values in serial.csv("envelope.csv").items():
+                    np.testing.assert_allclose(run.csv("envelope.csv")[name], values, rtol=0, atol=error, err_msg=name)
+
+    def check_forces(self, run, serial):
+        """Masses off by TOLERANCE swing off by that times wf = 100: so much velocity of 2466 kg is the impulse's error."""
+        error = TOLERANCE * 100 * STEEL_MASS
+        expected, found = serial.csv("contact.csv"), run.csv("contact.csv")
+        self.assertEqual(list(found), list(expected), run)
+        self.assertGreater(expected["masses"].max(), 0)
+        for name, values in expected.items():
+            atol = error if name.startswith("impulse") else error / serial.summary()["force_window"]
+            np.testing.assert_allclose(found[name], values, rtol=0, atol=2 * atol, err_msg=f"contact.csv: {name}")
 
     def test_free_flight_is_exact(self):
         """No contact: a rigid beam flies on a parabola and turns evenly, on any number of ranks."""
@@ -101,22 +117,24 @@ class Restart(UdarTest):
         whole = self.run_case(options, ranks, name="whole")
         first = self.run_case({**options, "ts_max_steps": steps}, ranks, name="first", code=STOPPED_BY_STEPS)
         second = self.run_case({**options, "restart_file": first.file("restart.h5")}, ranks, name="second")
-        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv"):
+        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv", "contact.csv"):
             all_rows, head, tail = (lines(run.file(name)) for run in (whole, first, second))
             self.assertEqual(tail[0], all_rows[0], f"header of {name}")
             if name == "gauges.csv":
                 self.assertLess(len(head), len(all_rows), f"the first run was stopped before its end{first}")
             self.assertEqual(tail[1:], all_rows[len(all_rows) - len(tail) + 1 :], f"{name} after the restart{second}")
             self.assertGreaterEqual(len(head) + len(tail) - 1, len(all_rows), f"{name}: rows are missing{second}")
+        self.assertEqual(lines(second.file("envelope.csv")), lines(whole.file("envelope.csv")), "of both runs together")
         expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
         self.assertEqual(sorted(found), sorted(expected))
         for name, value in expected.items():
             # A sum over several ranks goes on from its total: rounded elsewhere, and nothing else depends on it.
-            exact = ranks == 1 or pathlib.PurePath(name).name not in ("support_impulse", "load_work")
+            exact = ranks == 1 or pathlib.PurePath(name).name != "load_work"
             np.testing.assert_allclose(
                 found[name], value, rtol=0 if exact else 1e-14, atol=0, err_msg=f"restart.h5:/{name} at the end"
             )
-        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap"):
+        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap",
+                    "support_impulse", "force_window", "peak_support_force"):
             self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
 
 

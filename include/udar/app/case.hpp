@@ -19,6 +19,7 @@ struct OutputParameters {
   std::string directory = "udar-output";
   double interval = 1e-3;        ///< of gauges and energy [s]
   double field_interval = 1e-2;  ///< of fields [s]; 0: none
+  double force_window = 0.0;     ///< forces of supports are means over at least this [s], not less than pi / wf
   bool overwrite = false;
 };
 

@@ -77,6 +77,11 @@ class FilteredLine {
   /// @note Collective: one message to each neighbour.
   [[nodiscard]] double strain_energy(std::span<const double> line_displacement, std::span<const double> moment) const;
 
+  /// @brief dM/dx in the element to the right of each local node [N], exact: the moment is linear in an element; 0 in a
+  /// gap and right of the last node. @param[in] moment [N m] @param[out] shear [N]
+  /// @note Collective: one message to each neighbour.
+  void shear(std::span<const double> moment, std::span<double> shear) const;
+
   [[nodiscard]] const BeamChain& beam() const noexcept { return *beam_; }
   [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }  ///< [kg], local nodes
