@@ -104,7 +104,7 @@ class Chebyshev final : public ProblemStepper {
     return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
   }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
-    std::vector<double> integrals(amplitude_.size());
+    std::vector<double> integrals(equations_->line().corrected_modes().size());
     const double time = stepped_ ? std::clamp(until - begin_, 0.0, length_) : 0.0;
     if (time > 0.0) {
       const FreeMotion::Weights sum = motion_->weights(-1, time);

@@ -82,7 +82,7 @@ class FilteredLine {
   /// masses, with these modes at their own frequencies w, and its moment is that of the line, rigidly tied to the
   /// masses in these modes. Where that line stands: `line_stretch`. Source: docs/theory.md, "Corrected modes".
   /// @param modes M-orthonormal, frequencies and number equal on every rank
-  /// @note Not collective. From then on per solve of a column k dot products and k axpys, per batch one reduction of k
+  /// @note Not collective; before any integrator for this line is made. From then on per solve of a column k dot products and k axpys, per batch one reduction of k
   /// numbers a column, 8 k bytes a node; a moment costs a second solve.
   void correct(std::vector<CorrectedMode> modes);
   [[nodiscard]] std::span<const CorrectedMode> corrected_modes() const noexcept { return corrected_; }
