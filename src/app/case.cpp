@@ -277,12 +277,11 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   FilterInput filter;
   filter.formulation = formulation;
   std::string word;
-  const bool given =
-      group.real_or_word("-filter_frequency", filter.filter_frequency, word, {"auto", "none"}, "rad/s",
-                         petsc::positive(),
-                         "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
-                         "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
-                         "required");
+  const bool given = group.real_or_word(
+      "-filter_frequency", filter.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
+      "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
+      "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
+      "required");
   filter.unfiltered = word == "none";
   filter.automatic = word == "auto";
   const bool accuracy_given =
@@ -307,8 +306,9 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
                      " needs -filter_frequency auto"};
   }
   if (filter.unfiltered && (filter.correct_lowest > 0 || !filter.correct.empty())) {
-    throw InputError{"options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
-                     "nothing to correct"};
+    throw InputError{
+        "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
+        "nothing to correct"};
   }
   if (modes_given && band_given) {
     throw InputError{

@@ -488,7 +488,10 @@ double ImpactDynamics::streamed_bytes() const {
     return 0.0;
   }
   const double number = 0.0;
-  return own + static_cast<double>(equations_->line().solves()) * chain->bytes_per_solve({.displacement = &number});
+  constexpr double kCorrection = 48.0;  // a node and mode: a dot product with three arrays, an axpy
+  const double correction = kCorrection * static_cast<double>(equations_->line().corrected_modes().size() * count_);
+  return own + static_cast<double>(equations_->line().solves()) *
+                   (chain->bytes_per_solve({.displacement = &number}) + correction);
 }
 
 MassState ImpactDynamics::masses() const {

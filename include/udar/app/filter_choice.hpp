@@ -12,7 +12,7 @@ namespace udar::app {
 
 /// @brief The beam on a mesh that is fine enough for its lowest modes, if that is coarser than its own.
 ///
-/// 2000 elements, or 200 for each mode: the lumped masses change a frequency by about 1 / (2 (n / k)^2) of it at most.
+/// 2000 elements, or 200 for each mode: lumped masses lower the frequency of mode k by 3 (k / n)^2 of it at most.
 /// @return none if the mesh is coarse enough as it is, or the ranks are too many for a coarser one
 /// @note Not collective.
 [[nodiscard]] std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam, PetscInt modes);

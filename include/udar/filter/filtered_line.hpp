@@ -82,8 +82,9 @@ class FilteredLine {
   /// masses, with these modes at their own frequencies w, and its moment is that of the line, rigidly tied to the
   /// masses in these modes. Where that line stands: `line_stretch`. Source: docs/theory.md, "Corrected modes".
   /// @param modes M-orthonormal, frequencies and number equal on every rank
-  /// @note Not collective; before any integrator for this line is made. From then on per solve of a column k dot products and k axpys, per batch one reduction of k
-  /// numbers a column, 8 k bytes a node; a moment costs a second solve.
+  /// @note Not collective; before any integrator for this line is made. From then on per solve of a column k dot
+  /// products and k axpys, per batch one reduction of k numbers a column, 8 k bytes a node; a moment costs a second
+  /// solve.
   void correct(std::vector<CorrectedMode> modes);
   [[nodiscard]] std::span<const CorrectedMode> corrected_modes() const noexcept { return corrected_; }
   /// phi' M d [m kg^(1/2)] of every corrected mode, of a column of the last `solve`; equal on every rank.
