@@ -27,9 +27,7 @@ double rounded_up(double value) {
 }
 
 std::vector<Mode> coarse_modes(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter, PetscInt count) {
-  // Masses that need the beam's own mesh count.
-  const BeamParameters meshed = beam.mass_patches.empty() ? coarser(comm, beam, count).value_or(beam) : beam;
-  return exact_modes(BeamChain{comm, meshed}, filter, count);
+  return exact_modes(BeamChain{comm, coarser(comm, beam, count).value_or(beam)}, filter, count);
 }
 
 /// Modes up to the band's end, all there are if that is above them.
