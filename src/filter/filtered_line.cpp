@@ -96,7 +96,7 @@ FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node, double stiffness
   return terms;
 }
 
-FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
+FilteredLine::FilteredLine(const BeamChain& beam, const FilterParameters& parameters)
     : beam_{&beam},
       parameters_{parameters},
       wf2_{parameters.filter_frequency * parameters.filter_frequency},

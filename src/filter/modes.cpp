@@ -147,8 +147,9 @@ double filter_frequency_for(double frequency, double accuracy) {
 
 std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) { return modes_of(line, {.count = count}, false); }
 
-std::vector<Mode> exact_modes(const BeamChain& beam, FilterParameters parameters, PetscInt count) {
-  const double wf = parameters.filter_frequency;
+std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count) {
+  const double wf = filter.filter_frequency;
+  FilterParameters parameters = filter;
   parameters.unfiltered = false;
   // Shares w^2 / (wf^2 + w^2) of the first and the last mode as far from 0 as from 1: wf is their geometric mean.
   double softest = std::numeric_limits<double>::infinity();

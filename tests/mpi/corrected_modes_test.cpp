@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(Ends, Held, testing::ValuesIn(kEnds),
 
 TEST_P(Held, LowestModesConvergeToThoseOfTheContinuousBeam) {
   std::array<std::array<double, 3>, 2> error{};
-  for (const std::size_t level : {0, 1}) {
+  for (const std::size_t level : {0U, 1U}) {
     const BeamChain beam{PETSC_COMM_WORLD, held_beam(GetParam(), level == 0 ? 200 : 400)};
     const std::vector<Mode> modes = exact_modes(beam, {}, 3);
     ASSERT_EQ(modes.size(), 3U);

@@ -56,7 +56,7 @@ class FilteredLine {
   /// Factors. @note Collective.
   /// @throws InputError if wf is not positive, or the chain solver is asked for what it cannot carry; petsc::Error if
   /// PETSc cannot set up the solver asked for
-  FilteredLine(const BeamChain& beam, FilterParameters parameters);
+  FilteredLine(const BeamChain& beam, const FilterParameters& parameters);
 
   /// @brief Solves (wf^2 M + C) Yc = wf^2 M Ym + F.
   /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node

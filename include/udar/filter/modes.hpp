@@ -33,11 +33,11 @@ struct Mode {
 [[nodiscard]] std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count);
 
 /// @brief The same to all the digits that the line solve has, with shapes, by a line on filter springs that separate
-/// these modes best, whatever the filter frequency in `parameters`, which only gives `Mode::filtered` (0: not known).
+/// these modes best, whatever the filter frequency in `filter`, which only gives `Mode::filtered` (0: not known).
 /// @note Collective; a factorisation and some tens of line solves, two or three times. The start vector is fixed: the
 /// same bits on the same number of ranks.
 /// @throws SolveError if SLEPc does not converge
-[[nodiscard]] std::vector<Mode> exact_modes(const BeamChain& beam, FilterParameters parameters, PetscInt count);
+[[nodiscard]] std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count);
 
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
 /// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge
