@@ -508,22 +508,13 @@ void read_output(MPI_Comm comm, Case& input) {
              "simulated time between rows of gauges.csv, energy.csv and contact.csv, and samples of envelope.csv");
   group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
              "simulated time between fields in results.h5; 0: none");
-  // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
-  // Contact on the line has forces of its own.
-  const double resolved = std::numbers::pi / input.filter.filter_frequency;
   group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
              "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
              "/ wf; 0: "
              "that");
-  const bool impacts = input.contact.surface == ContactSurface::mass;
-  if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
-    std::ostringstream message;
-    message << "option -output_force_window: " << input.output.force_window
-            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
-            << " [s], the shortest time over which impacts make a force";
-    throw InputError{message.str()};
+  if (!input.filter.automatic) {
+    settle_force_window(input);
   }
-  input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
   group.string("-restart_file", input.restart.file, "continue from this restart.h5");
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
@@ -539,6 +530,21 @@ void read_output(MPI_Comm comm, Case& input) {
 }
 
 }  // namespace
+
+void settle_force_window(Case& input) {
+  // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
+  // Contact on the line has forces of its own.
+  const double resolved = std::numbers::pi / input.filter.filter_frequency;
+  const bool impacts = input.contact.surface == ContactSurface::mass;
+  if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
+    std::ostringstream message;
+    message << "option -output_force_window: " << input.output.force_window
+            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
+            << " [s], the shortest time over which impacts make a force";
+    throw InputError{message.str()};
+  }
+  input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
+}
 
 Case read_case(MPI_Comm comm) {
   Case input;
