@@ -16,6 +16,7 @@
 
 #include "app/run_costs.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/filter_choice.hpp"
 #include "udar/app/view.hpp"
 #include "udar/filter/modes.hpp"
 #include "udar/io/checkpoint.hpp"
@@ -81,6 +82,13 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
       lists << load.time[i] << ' ' << load.force[i] << ';';
     }
   }
+  if (input.filter.correct_lowest > 0 || !input.filter.correct.empty()) {
+    text << "corrected " << input.filter.correct_lowest;
+    for (const PetscInt mode : input.filter.correct) {
+      text << ',' << mode;
+    }
+    text << ' ';
+  }
   text << (input.contact.surface == ContactSurface::line ? "line contact " : "") << "segments "
        << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
        << std::hash<std::string>{}(lists.str());
@@ -122,25 +130,12 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
 /// The lowest modes: six for the view, else the first alone, for the warning. That one does not depend on a fine mesh:
 /// it is taken from a coarser one where the line has more elements than that needs.
 std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
-  constexpr PetscInt kElements = 2000;  // the first frequency is then right to some 1e-6
-  const BeamChain& beam = line.beam();
-  int size = 1;
-  MPI_Comm_size(beam.comm(), &size);
-  if (input.view || beam.elements() <= kElements) {
+  const MPI_Comm comm = line.beam().comm();
+  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, 1);
+  if (!coarse) {
     return lowest_modes(line, input.view ? 6 : 1);
   }
-  BeamParameters coarse = input.beam;
-  coarse.mass_patches.clear();  // may be finer than this mesh
-  PetscInt elements = 0;
-  for (BeamSegment& segment : coarse.segments) {
-    const double share = static_cast<double>(segment.elements) / static_cast<double>(beam.elements());
-    segment.elements = std::max<PetscInt>(1, static_cast<PetscInt>(share * static_cast<double>(kElements)));
-    elements += segment.elements;
-  }
-  if ((elements + 1) / 2 < static_cast<PetscInt>(size)) {
-    return lowest_modes(line, 1);
-  }
-  const BeamChain coarse_beam{beam.comm(), coarse};
+  const BeamChain coarse_beam{comm, *coarse};
   FilteredLine coarse_line{coarse_beam, input.filter};
   return lowest_modes(coarse_line, 1);
 }
@@ -261,16 +256,29 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const bool help = petsc::Session::help_requested();
   if (help && input.filter.filter_frequency == 0.0) {
     input.filter.filter_frequency = 100.0;  // any: only the solvers' own help is wanted
+  } else {
+    choose_frequency(comm, input.beam, input.filter);
+    if (input.filter.automatic) {
+      settle_force_window(input);
+    }
   }
   const BeamChain beam{comm, input.beam};
   FilteredLine line{beam, input.filter};
+  std::vector<Mode> modes;
+  if (!help) {
+    modes = modes_to_show(input, line);
+    for (const PetscInt number : correct_modes(line, input.filter)) {
+      if (number <= static_cast<PetscInt>(modes.size())) {
+        modes[static_cast<std::size_t>(number - 1)].corrected = true;
+      }
+    }
+  }
   const Loads loads{beam, input.gravity, input.loads};
   Equations equations{line, loads, input.initial};
   ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
   if (help) {
     return {};
   }
-  const std::vector<Mode> modes = modes_to_show(input, line);
   petsc::check_unknown_options(comm);
   std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {

@@ -372,7 +372,18 @@ void TouchingMasses::track_line() {
     for (std::size_t first = run.first; first < run.last; first += kBlock) {
       const std::size_t count = std::min(kBlock, run.last - first);
       const double* heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first);
-      block_low_.push_back(lowest_line(sweep_->terms, sweep_->rows(first), count, run.side, heights, line_bernstein_) -
+      Rows rows = sweep_->rows(first);
+      std::vector<double> line;
+      if (!sweep_->corrected.empty()) {
+        line.resize(sweep_->terms * kBlock);
+        for (std::size_t j = 0; j < sweep_->terms; ++j) {
+          rows.line[j] = line.data() + j * kBlock;
+          for (std::size_t i = 0; i < count; ++i) {
+            rows.line[j][i] = sweep_->line(j, first + i);
+          }
+        }
+      }
+      block_low_.push_back(lowest_line(sweep_->terms, rows, count, run.side, heights, line_bernstein_) -
                            (heights != nullptr ? 0.0 : run.side * run.level));
     }
     // The lowest blocks first: after one or two no other can be lower.
@@ -390,7 +401,7 @@ void TouchingMasses::track_line() {
 
 void TouchingMasses::track_nodes(const ContactRun& run, std::size_t first, std::size_t last) {
   for (std::size_t node = first; node < last; ++node) {
-    const auto powers = sweep_->line_powers(node);
+    const auto powers = sweep_->powers([&](std::size_t j) { return sweep_->line(j, node); });
     for (int k = 1; k <= 8; ++k) {
       const double tau = 0.125 * k;
       const double line = sweep_->start[node] + local::detail::value(powers.data(), sweep_->terms, tau);

@@ -148,6 +148,18 @@ class Impact final : public ProblemStepper {
     }
     return length_ * tau * (start_[node] + sum);
   }
+  [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
+    std::vector<double> integrals(sweep_.corrected.size());
+    const double tau = stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0;
+    for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+      const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.amplitude[mode][j]; });
+      for (std::size_t k = sweep_.terms; k-- > 0;) {
+        integrals[mode] = integrals[mode] * tau + powers[k] / static_cast<double>(k + 1);
+      }
+      integrals[mode] *= length_ * tau;
+    }
+    return integrals;
+  }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
     return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
@@ -197,13 +209,16 @@ class Impact final : public ProblemStepper {
     }
     sweep_.terms = static_cast<std::size_t>(moments_);
     kink_integral_ = kink_integral(sweep_.terms);
-    longest_ = std::min(most, kLongestAngle / wf_);
+    longest_ = std::min(most, kLongestAngle / highest_);
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
       sweep_.moment_rows[j].assign(count_, 0.0);
       sweep_.line_rows[j].assign(count_, 0.0);
     }
     sweep_.steady[0].assign(count_, 0.0);
     sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
+    sweep_.corrected = equations_->line().corrected_modes();
+    sweep_.amplitude.resize(sweep_.corrected.size());
+    steady_amplitude_.resize(sweep_.corrected.size());
     sweep_.all_free.fill(1.0);
     sweep_.count = count_;
     sweep_.frequency = wf_;
@@ -255,9 +270,17 @@ class Impact final : public ProblemStepper {
     }
     steady_known_ = true;
     const std::vector<double> none(count_, 0.0);
-    equations_->line().solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
+    FilteredLine& line = equations_->line();
+    line.solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
+    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+      steady_amplitude_[mode][0] = line.amplitudes()[mode];
+    }
     if (loads.time_dependent()) {
-      equations_->line().solve(none, loads.rate(begin_, work_), sweep_.steady[1], {});
+      line.solve(none, loads.rate(begin_, work_), sweep_.steady[1], {});
+      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+        steady_amplitude_[mode][1] = 0.5 * step * line.amplitudes()[mode];
+        steady_amplitude_[mode][0] += steady_amplitude_[mode][1];
+      }
       for (std::size_t i = 0; i < count_; ++i) {
         sweep_.steady[1][i] *= 0.5 * step;
         sweep_.steady[0][i] += sweep_.steady[1][i];
@@ -286,6 +309,12 @@ class Impact final : public ProblemStepper {
         columns[j] = {.displacement = sweep_.moment_rows[j].data(), .stretch = sweep_.line_rows[j].data()};
       }
       equations_->line().solve({columns.data(), sweep_.terms});
+      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+        sweep_.amplitude[mode] = steady_amplitude_[mode];
+        for (std::size_t j = 0; j < sweep_.terms; ++j) {
+          sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
+        }
+      }
       if (line_forces_) {
         const petsc::LogScope contact{petsc::log_events().contact};
         line_forces_->apply();
@@ -367,6 +396,7 @@ class Impact final : public ProblemStepper {
   std::optional<TouchingMasses> touching_;
   std::optional<LineForces> line_forces_;
   bool steady_known_ = false;
+  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
   std::vector<double> work_;
   double kink_integral_ = 0.0;
   Tally tally_;

@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+import re
 import shutil
 import signal
 import tempfile
@@ -376,6 +377,39 @@ class Printing(UdarTest):
                 self.assertIn(word, (result.out + result.err).lower(), f"-udar_view{result}")
         decay = (4 * 2.1e11 * np.pi * 0.1**4 / 4 / (7850 * np.pi * 0.1**2 * 50**2)) ** 0.25
         self.assertIn(f"{decay:.2g}", result.out + result.err, "decay length of the line [m]")
+
+    def test_automatic_filter_frequency(self):
+        outputs = []
+        for ranks in (1, 2, 3):
+            options = case(filter_frequency="auto", filter_accuracy=0.001, filter_modes=2, ts_max_time=0.01)
+            result = self.run_case(options, ranks, f"auto-{ranks}")
+            table = re.findall(r"^ +(\d+) +([\d.]+) +([\d.]+) +-([\d.]+) %$", result.out, re.MULTILINE)
+            self.assertEqual([row[0] for row in table], ["1", "2"], result)
+            w, filtered, error = (np.array([float(row[i]) for row in table]) for i in (1, 2, 3))
+            wf = float(re.search(r"wf ([\d.]+) rad/s", result.out)[1])
+            # Six digits of the frequencies, four decimals of the errors in percent.
+            np.testing.assert_allclose(filtered, wf * w / np.hypot(wf, w), rtol=5e-6)
+            np.testing.assert_allclose(error, 100 * (1 - filtered / w), atol=6e-4)
+            self.assertEqual(table[1][3], "0.1000", "the accuracy asked for, no more")
+            with h5py.File(result.file("results.h5")) as file:
+                self.assertAlmostEqual(file.attrs["filter_frequency"], wf, delta=1e-9 * wf)
+                outputs.append(file.attrs["filter_frequency"])
+        self.assertEqual(len(set(outputs)), 1, "the same to the last bit on any number of ranks")
+
+    def test_corrected_modes(self):
+        result = self.run_case(
+            case(filter_correct_modes=2, filter_correct_mode=4, udar_view=True, ts_max_time=0.01), name="corrected"
+        )
+        number = r"([\d.]+)"
+        corrected = re.findall(rf"mode (\d): filtered {number} rad/s, corrected to {number} rad/s", result.out)
+        self.assertEqual([row[0] for row in corrected], ["1", "4"], result)
+        for _, filtered, w in corrected:
+            self.assertAlmostEqual(float(filtered), 100 * float(w) / np.hypot(100, float(w)), delta=1e-6)
+        self.assertRegex(result.out, r"mode 2, 157\.43\d* rad/s, is above wf 100\.? rad/s and left uncorrected")
+        before, after = map(float, re.search(rf"largest frequency {number} .*before, {number} rad/s", result.out).groups())
+        self.assertLess(before, 100)
+        self.assertAlmostEqual(after, float(corrected[1][2]), delta=1e-5 * after)
+        self.assertEqual(result.out.count("corrected to 0"), 2, "in the table of -udar_view")
 
     def test_solver_view(self):
         for ranks in (1, 2):

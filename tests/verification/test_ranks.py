@@ -17,6 +17,7 @@ TOLERANCE = 1e-9  # [m]
 INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
+CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf
 CASES = {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
@@ -34,6 +35,7 @@ CASES = {
     # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.
     "line_contact_by_rk": {**LINE_CONTACT, "ts_adapt_type": "none", "ts_dt": 1e-3, "integrators": ("rk",)},
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
+    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
 }
@@ -158,6 +160,7 @@ for name, changes in {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
 }.items():
     for integrator, stops in STOPS.items():
         for ranks, steps in stops:
