@@ -25,7 +25,7 @@ namespace udar {
 class LineContact {
  public:
   /// Contact points up to which the compliance is worth its matrix (docs/theory.md, measured).
-  static constexpr std::size_t kDensePoints = 300;
+  static constexpr std::size_t kDensePoints = 100;
 
   /// @param dense_points more contact points than these under all supports are many
   /// @note Collective: few points, a line solve for each and one reduction.
