@@ -24,15 +24,18 @@ constexpr double kComplementarity = 1e-15;
 constexpr double kAcceptable = 1e-11;
 /// Iterations without half of the complementarity gone that count as its end.
 constexpr std::size_t kPatience = 4;
-/// Deepest penetration left, over that of the line without contact. Measured: 1e-12 on lines of 1000 nodes, 1e-10 on
-/// 20 000; 1e-8 is what -filter_residual_tolerance asks of a line solve.
-constexpr double kPenetration = 1e-8;
+/// Deepest penetration left, over that of the line without contact: a digit above the largest seen in runs, 1e-8, at
+/// rounding of solves with springs of all stiffnesses; mostly it is below 1e-10.
+constexpr double kPenetration = 1e-7;
 /// Forces that the interior point method may consider, over the largest that one node alone needs.
 constexpr double kForceRange = 50.0;
 constexpr PetscInt kMostIterations = 100;
 /// The stiffest spring 1 / D: beyond, rounding in the solve with it costs more (measured: 1e-12 at 3e-13, 1e-8 at
 /// 1e-18) than what is left undone, D times the change of the forces, which the next iteration finds.
 constexpr double kStiffest = 1e-13;
+/// The softest: beyond, a node has no contact and its force is about to vanish. What it still moves the line is far
+/// below the force's own change, and ranks lose digits over springs that differ by more (measured: 1e-8 at 1e13).
+constexpr double kSoftest = 1e9;
 
 const LineData& data_of(FilteredLine& line) {
   const LineData* data = composed_line(line.op());
@@ -229,7 +232,10 @@ void ObstacleForces::factor() {
   std::size_t last = zero_.size();
   for (const std::size_t i : by_node_) {
     const auto node = static_cast<std::size_t>(node_[i]);
-    spring_[i] = force_unit_ / std::max(diagonal_[i], kStiffest);
+    spring_[i] = diagonal_[i] < kSoftest ? force_unit_ / std::max(diagonal_[i], kStiffest) : 0.0;
+    if (spring_[i] == 0.0) {
+      continue;
+    }
     if (node != last) {
       shifted_data_.ground_stiffness[node] += data.filter_stiffness[node];
       shifted_data_.filter_stiffness[node] = 0.0;
@@ -266,8 +272,9 @@ void ObstacleForces::solve_shifted(std::span<const double> right, std::span<doub
       const std::size_t i = by_node_[k];
       moved += k == stiffest ? 0.0 : spring_[i] * (side_[i] * right[i] - origin);
     }
-    moved /= shifted_data_.filter_stiffness[static_cast<std::size_t>(node)];
-    target_[static_cast<std::size_t>(node)] = origin + moved;
+    const bool sprung = spring_[base] > 0.0;
+    moved = sprung ? moved / shifted_data_.filter_stiffness[static_cast<std::size_t>(node)] : -origin;
+    target_[static_cast<std::size_t>(node)] = sprung ? origin + moved : 0.0;
     for (std::size_t k = from; k < to; ++k) {
       const std::size_t i = by_node_[k];
       solution[i] = k == stiffest ? -side_[i] * moved : right[i] - side_[i] * (origin + moved);
@@ -277,7 +284,8 @@ void ObstacleForces::solve_shifted(std::span<const double> right, std::span<doub
   const chain::Column column{.displacement = target_.data(), .force = nullptr, .stretch = stretch_.data()};
   shifted_->solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
-    solution[i] = (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) * spring_[i] / force_unit_;
+    solution[i] =
+        (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) / std::max(diagonal_[i], kStiffest);
   }
 }
 

@@ -143,7 +143,7 @@ TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
       sums[2] += found.force[i] - kFrequency * kFrequency * held.line.mass()[i] * found.stretch[i];
     }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    EXPECT_LT(largest(low), 1e-8 * depth) << "what ObstacleForces accepts";
+    EXPECT_LT(largest(low), 1e-8 * depth) << "measured: 1e-10";
     EXPECT_LT(sums[0], 1e-9 * sums[1]) << "who presses touches";
     EXPECT_NEAR(sums[2], 0.0, 1e-7 * sums[1] / depth) << "equilibrium of the line";
   }
