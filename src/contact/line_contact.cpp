@@ -13,14 +13,20 @@ namespace {
 
 constexpr std::size_t kColumns = 4;  // line solves side by side
 
-/// All nodes that supports touch, held ones left out.
-std::size_t count_points(const BeamChain& beam, const std::vector<ContactRun>& runs) {
-  long long count = 0;
-  for (const ContactRun& run : runs) {
-    count += static_cast<long long>(run.last - run.first);
+// More nodes than these under all supports are many however they are spread: a factor takes 40 Mflop, the matrix 2 MB.
+constexpr std::size_t kDenseInAll = 500;
+
+/// Whether a matrix of all pairs of contact nodes is too much, or a support too wide for pivoting.
+bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::size_t under_one) {
+  std::size_t all = 0;
+  std::size_t widest = 0;
+  for (const Support& support : supports) {
+    const auto [first, last] = touched_nodes(beam, support);
+    const auto count = static_cast<std::size_t>(last - first + 1);
+    all += count;
+    widest = std::max(widest, count);
   }
-  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_LONG_LONG, MPI_SUM, beam.comm());
-  return static_cast<std::size_t>(count);
+  return all > kDenseInAll || widest > under_one;
 }
 
 std::vector<LinePoint> points_of_all_ranks(const BeamChain& beam, const std::vector<Support>& supports) {
@@ -59,7 +65,7 @@ LineContact::LineContact(FilteredLine& line, const std::vector<Support>& support
     : line_{&line} {
   const BeamChain& beam = line.beam();
   const std::vector<ContactRun> runs = contact_runs(beam, supports);
-  const bool many = count_points(beam, runs) > dense_points;
+  const bool many = are_many(beam, supports, dense_points);
   points_ = many ? points_of_this_rank(beam, runs) : points_of_all_ranks(beam, supports);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {

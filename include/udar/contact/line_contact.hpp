@@ -24,10 +24,10 @@ namespace udar {
 /// line"
 class LineContact {
  public:
-  /// Contact points up to which the compliance is worth its matrix (docs/theory.md, measured).
+  /// Contact points side by side under one support up to which pivoting serves (docs/theory.md, measured).
   static constexpr std::size_t kDensePoints = 100;
 
-  /// @param dense_points more contact points than these under all supports are many
+  /// @param dense_points more contact points than these under one support are many
   /// @note Collective: few points, a line solve for each and one reduction.
   /// @throws InputError as `contact_runs`, and as `ObstacleForces` for many
   LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
