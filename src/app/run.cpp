@@ -69,7 +69,11 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ' ' << support.yield_speed << ';';
+          << static_cast<int>(support.side) << ' ' << support.yield_speed << ' ' << support.stiffness << ' ' << support.damping << ';';
+    for (std::size_t i = 0; support.motion && i < support.motion->time().size(); ++i) {
+      lists << support.motion->time()[i] << ' ' << support.motion->height()[i] << ' ' << support.motion->velocity()[i]
+            << ';';
+    }
     for (std::size_t i = 0; i < support.profile.x.size(); ++i) {
       lists << support.profile.x[i] << ' ' << support.profile.height[i] << ';';
     }

@@ -149,6 +149,10 @@ class Impact final : public ProblemStepper {
     return length_ * tau * (start_[node] + sum);
   }
 
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    return stepped_ ? touching_->flow(std::clamp((until - begin_) / length_, 0.0, 1.0)) : EnergyFlow{};
+  }
+
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
     return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
   }

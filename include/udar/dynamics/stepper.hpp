@@ -70,6 +70,9 @@ class Stepper {
   /// @brief Integral of Yc [m s] at a local node that has a load, from the start of the step to a time within it.
   [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
 
+  /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
+  [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
+
   /// Steps taken again to end at an event.
   [[nodiscard]] virtual PetscInt repeated_steps() const { return 0; }
   /// Evaluations of the acceleration that a right-hand side asked for.
