@@ -287,8 +287,8 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
     for (std::size_t k = 0; k < record.times.size(); ++k) {
       const double t = record.times[k];
       const double since = t - hits - touch;
-      if (since > 0.3) {
-        break;  // before it falls again
+      if (since > rate(touch) / kGravity) {
+        break;  // it falls again
       }
       const double expected = t < hits      ? 0.5 - 0.5 * kGravity * t * t
                               : since < 0.0 ? gap(t - hits)
