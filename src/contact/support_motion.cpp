@@ -52,18 +52,18 @@ std::array<double, 4> SupportMotion::cubic(double begin, double length) const {
   return {c[0], c[1] * ratio, c[2] * ratio * ratio, c[3] * ratio * ratio * ratio};
 }
 
-SupportMotion::State SupportMotion::at(double time) const {
-  const auto after = std::ranges::upper_bound(time_, time);
+SupportMotion::State SupportMotion::at(double time, double begin) const {
+  const auto after = std::ranges::upper_bound(time_, begin);
   if (after == time_.begin()) {
     return {.height = height_.front()};
   }
   if (after == time_.end()) {
     return {.height = height_.back(), .velocity = time == time_.back() ? velocity_.back() : 0.0};
   }
-  const double begin = *std::prev(after);
-  const double length = *after - begin;
-  const auto c = cubic(begin, length);
-  const double s = (time - begin) / length;
+  const double row = *std::prev(after);
+  const double length = *after - row;
+  const auto c = cubic(row, length);
+  const double s = (time - row) / length;
   return {.height = c[0] + s * (c[1] + s * (c[2] + s * c[3])),
           .velocity = (c[1] + s * (2.0 * c[2] + 3.0 * s * c[3])) / length,
           .acceleration = (2.0 * c[2] + 6.0 * s * c[3]) / (length * length)};

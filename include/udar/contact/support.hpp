@@ -75,6 +75,10 @@ struct ContactRun {
   [[nodiscard]] SupportMotion::State lift(double time) const {
     return motion ? motion->at(time) : SupportMotion::State{};
   }
+  /// The same within a step without rows from `begin` on.
+  [[nodiscard]] SupportMotion::State lift(double time, double begin) const {
+    return motion ? motion->at(time, begin) : SupportMotion::State{};
+  }
   [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0; }
   /// Rigid and at rest: nothing but the impact law.
   [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }

@@ -23,7 +23,9 @@ class SupportMotion {
     double velocity = 0.0;
     double acceleration = 0.0;
   };
-  [[nodiscard]] State at(double time) const;
+  [[nodiscard]] State at(double time) const { return at(time, time); }
+  /// The same at the end of a step without rows from `begin` on, before what a row there changes.
+  [[nodiscard]] State at(double time, double begin) const;
 
   /// @brief Height over an interval in which there is no row, in powers of (t - begin) / length [m].
   [[nodiscard]] std::array<double, 4> cubic(double begin, double length) const;
