@@ -56,7 +56,7 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   for (const ContactRun& run : contact_runs(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
-      drop = std::min(drop, masses.position[node] - run.height(node));
+      drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
@@ -138,6 +138,19 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
         "support %zu: x %g m, width %g m, height %g m, %s, e %g, nodes %lld to %lld, filter spring stiffness %g N/m\n",
         i, support.position, support.width, support.height, support.side == SupportSide::below ? "below" : "above",
         support.restitution, static_cast<long long>(first), static_cast<long long>(last), wf * wf * mass));
+  }
+  for (std::size_t i = 0; i < input.supports.size(); ++i) {
+    const Support& support = input.supports[i];
+    if (support.motion) {
+      const auto [lowest, highest] = std::ranges::minmax(support.motion->height());
+      UDAR_CALL(PetscPrintf(comm, "support %zu moves: %zu rows from %g to %g s, by %g to %g m\n", i,
+                            support.motion->time().size(), support.motion->time().front(),
+                            support.motion->time().back(), lowest, highest));
+    }
+    if (support.elastic()) {
+      UDAR_CALL(PetscPrintf(comm, "support %zu gives way: spring %g N/m, damper %g N s/m\n", i, support.stiffness,
+                            support.damping));
+    }
   }
   if (springs.stiffness > 0.0) {
     UDAR_CALL(PetscPrintf(comm,
