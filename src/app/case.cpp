@@ -318,6 +318,10 @@ void read_initial(MPI_Comm comm, Case& input) {
   group.strings("-load_table", load_table,
                 "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, "
                 "constant outside");
+  group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
+             "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda");
+  group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
+             "beta of Rayleigh damping: a force beta wf^2 M (Yc' - Ym'); ratio beta lambda / 2 of a mode lambda");
   if (!shape.empty()) {
     const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
     input.initial.shape.x = column(table, 0);
@@ -420,8 +424,9 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.string("-ground_profile", ground_file,
                "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
                "rows, constant outside");
-  const bool restitution_given = group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
-              "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
+  const bool restitution_given =
+      group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
+                  "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
   group.reals("-support_yield_speed", yield_speed, "m/s", petsc::positive_or_infinite(),
               "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support (floor or "
               "ground after the last support); inf: it does not");
@@ -430,10 +435,11 @@ void read_contact(MPI_Comm comm, Case& input) {
                                "contact forces without any restitution");
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");
-  group.strings("-support_motion", motion,
-                "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
-                "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
-                "without velocities these are zero in the first and last row");
+  group.strings(
+      "-support_motion", motion,
+      "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
+      "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
+      "without velocities these are zero in the first and last row");
   const bool stiffness_given =
       group.reals("-support_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),
                   "spring of a support, shared by the masses it touches; it only presses; inf: rigid");

@@ -69,7 +69,8 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ' ' << support.yield_speed << ' ' << support.stiffness << ' ' << support.damping << ';';
+          << static_cast<int>(support.side) << ' ' << support.yield_speed << ' ' << support.stiffness << ' '
+          << support.damping << ';';
     for (std::size_t i = 0; support.motion && i < support.motion->time().size(); ++i) {
       lists << support.motion->time()[i] << ' ' << support.motion->height()[i] << ' ' << support.motion->velocity()[i]
             << ';';
@@ -83,6 +84,9 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
     for (std::size_t i = 0; i < load.time.size(); ++i) {
       lists << load.time[i] << ' ' << load.force[i] << ';';
     }
+  }
+  if (input.damping.any()) {
+    text << "damping " << input.damping.mass << '/' << input.damping.stiffness << ' ';
   }
   text << (input.contact.surface == ContactSurface::line ? "line contact " : "") << "segments "
        << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
@@ -264,7 +268,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const BeamChain beam{comm, input.beam};
   FilteredLine line{beam, input.filter};
   const Loads loads{beam, input.gravity, input.loads};
-  Equations equations{line, loads, input.initial};
+  Equations equations{line, loads, input.initial, input.damping};
   ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
   if (help) {
     return {};

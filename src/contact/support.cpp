@@ -60,16 +60,17 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
     const double carried = support.elastic() ? beam.mass_of(touched) : 1.0;
     const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
       if (from < to) {
-        ContactRun& run = runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
-                                                       .last = static_cast<std::size_t>(to - beam.begin()),
-                                                       .support = static_cast<PetscInt>(index),
-                                                       .side = static_cast<double>(support.side),
-                                                       .level = support.height,
-                                                       .restitution = support.restitution,
-                                                       .yield_speed = support.yield_speed,
-                        .motion = support.motion,
-                        .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
-                        .damping = support.elastic() ? support.damping / carried : 0.0});
+        ContactRun& run =
+            runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
+                                         .last = static_cast<std::size_t>(to - beam.begin()),
+                                         .support = static_cast<PetscInt>(index),
+                                         .side = static_cast<double>(support.side),
+                                         .level = support.height,
+                                         .restitution = support.restitution,
+                                         .yield_speed = support.yield_speed,
+                                         .motion = support.motion,
+                                         .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
+                                         .damping = support.elastic() ? support.damping / carried : 0.0});
         for (PetscInt node = from; node < to && !support.profile.x.empty(); ++node) {
           run.profile.push_back(support.height_at(beam.position(node)));
         }

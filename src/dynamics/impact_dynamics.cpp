@@ -63,6 +63,7 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   refuse_overlap(masses);
   problem_.scale = motion_scale(masses, initial);
   kinks_ = equations_->loads().kinks();
+  flows_ = equations_->damping().any();
   for (const Support& support : contact_.supports()) {
     if (support.motion) {
       kinks_.insert(kinks_.end(), support.motion->time().begin(), support.motion->time().end());
@@ -168,6 +169,14 @@ void ImpactDynamics::refuse_supports() const {
   TSType type = nullptr;
   UDAR_CALL(TSGetType(ts_, &type));
   const std::string_view name{type};
+  if (equations_->damping().any() && (contact_.runs_on_line() || name == kTsChebyshev)) {
+    throw InputError{
+        contact_.runs_on_line()
+            ? "option -damping_mass, -damping_stiffness: damping is not allowed with -contact_surface line "
+              "or -filter_frequency none, whose line would need a rate of its own [1/s, s]"
+            : "option -ts_type: chebyshev is not allowed with -damping_mass or -damping_stiffness, expected "
+              "impact or rk: its series are those of cos and sin of an undamped motion"};
+  }
   for (const Support& support : contact_.supports()) {
     if (support.motion) {
       support.motion->require_smooth(end_time_);
@@ -185,7 +194,8 @@ void ImpactDynamics::refuse_supports() const {
                        "line or -filter_frequency none"};
     }
     if (name == kTsChebyshev) {
-      throw InputError{"option -ts_type: chebyshev is not allowed with " + option + ", expected impact or rk: its "
+      throw InputError{"option -ts_type: chebyshev is not allowed with " + option +
+                       ", expected impact or rk: its "
                        "series know one constant matrix and forces linear in time, while " +
                        (support.motion ? "resting masses would be driven by the cubic motion of their support"
                                        : "every mass in contact would change the matrix")};

@@ -66,8 +66,12 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
     UDAR_CALL(TSRKGetTableau(stepper_, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, &same_as_last));
     last_stage_at_end_ = same_as_last == PETSC_TRUE;
   }
+  damping_ = equations_->damping();
+  plain_ = !damping_.any();
+  for (const Support& support : contact_->supports()) {  // the same on every rank
+    plain_ = plain_ && !support.motion && !support.elastic();
+  }
   for (const ContactRun& run : contact_->runs()) {
-    plain_ = plain_ && run.plain();
     holds_.emplace_back(run.elastic() ? run.last - run.first : 0);
   }
   UDAR_CALL(TSGetSolution(stepper_, &state_));
@@ -90,11 +94,19 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
     equations_->evaluate(time, {now.values(), count_}, last_);
     line = &last_;
   }
+  if (damping_.stiffness != 0.0) {
+    stage_rate_.resize(count_);
+    equations_->evaluate_rate(time, {now.values() + count_, count_}, stage_rate_);
+  }
   const WriteArray change{rate};
   for (std::size_t i = 0; i < count_; ++i) {
     const bool moves = !contact_->resting(i);
     change.values()[i] = moves ? now.values()[count_ + i] : 0.0;
     change.values()[count_ + i] = moves ? wf2_ * line->stretch[i] : 0.0;
+    if (damping_.any() && moves) {
+      const double turn = damping_.stiffness != 0.0 ? stage_rate_[i] : 0.0;
+      change.values()[count_ + i] += damping_.stiffness * wf2_ * turn - damping_.mass * now.values()[count_ + i];
+    }
   }
   for (const ContactRun& run : contact_->runs()) {
     const SupportMotion::State lift = run.lift(time, start_.time);
@@ -110,11 +122,16 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
   }
 }
 
-void LocatedSteps::find_accelerations(double time, const double* state, const LineState& line,
-                                      std::vector<double>& result) const {
+/// @param rate d', where the structure is damped
+void LocatedSteps::find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
+                                      std::vector<double>& result, std::vector<double>& bend) {
+  const double time = line.time;
   result.resize(count_);
   for (std::size_t i = 0; i < count_; ++i) {
     result[i] = contact_->resting(i) ? 0.0 : wf2_ * line.stretch[i];
+    if (damping_.any() && !contact_->resting(i)) {
+      result[i] += damping_.stiffness * wf2_ * rate[i] - damping_.mass * state[count_ + i];
+    }
   }
   for (const ContactRun& run : contact_->runs()) {
     for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
@@ -125,6 +142,10 @@ void LocatedSteps::find_accelerations(double time, const double* state, const Li
             contact_acceleration(run, node, {.position = state[node], .velocity = state[count_ + node]}, time);
       }
     }
+  }
+  if (damping_.any()) {
+    bend.resize(count_);
+    equations_->line().solve(result, {}, bend, {});
   }
 }
 
@@ -162,7 +183,7 @@ void LocatedSteps::load_end(double time) {
   } else {
     equations_->evaluate(time, {end.values(), count_}, end_);
   }
-  if (contact_->counts().resting > 0) {
+  if (contact_->counts().resting > 0 || damping_.any()) {
     if (!start_rate_valid_) {
       start_rate_.resize(count_);
       const ReadArray start{start_state_};
@@ -173,8 +194,21 @@ void LocatedSteps::load_end(double time) {
     equations_->evaluate_rate(time, {end.values() + count_, count_}, end_rate_);
   }
   if (!plain_) {
-    find_accelerations(time, end.values(), end_, end_acceleration_);
+    find_accelerations(end.values(), end_, end_rate_, end_acceleration_, end_bend_);
   }
+}
+
+LocatedSteps::Pull LocatedSteps::pull(const ContactRun& run, std::size_t node, bool at_end) const {
+  const double time = at_end ? end_.time : start_.time;
+  const double length = end_.time - start_.time;
+  const SupportMotion::State lift = run.lift(time, start_.time);
+  const double before = run.lift(start_.time, start_.time).acceleration;
+  const double jerk = length > 0.0 ? (run.lift(end_.time, start_.time).acceleration - before) / length : 0.0;
+  const double rate = (at_end ? end_rate_ : start_rate_)[node];
+  const double bend = damping_.any() ? (at_end ? end_bend_ : start_bend_)[node] : 0.0;
+  return {.value = (at_end ? end_ : start_).stretch[node] + damping_.stiffness * rate -
+                   (lift.acceleration + damping_.mass * lift.velocity) / wf2_,
+          .rate = rate + damping_.stiffness * bend - (jerk + damping_.mass * lift.acceleration) / wf2_};
 }
 
 /// Fills `candidates_` with every event on the dense output of the step and returns the earliest time on any rank.
@@ -191,13 +225,10 @@ double LocatedSteps::survey(double length) {
 
 void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length) {
   if (contact_->resting_on(node, run)) {
-    // What the support's own acceleration takes counts as stretch.
-    const double bend0 = run.lift(start_.time, start_.time).acceleration / wf2_;
-    const double bend1 = run.lift(end_.time, start_.time).acceleration / wf2_;
-    const double turn = length > 0.0 ? (bend1 - bend0) / length : 0.0;
-    const auto pressing =
-        cubic_bernstein(-run.side * (start_.stretch[node] - bend0), -run.side * (start_rate_[node] - turn),
-                        -run.side * (end_.stretch[node] - bend1), -run.side * (end_rate_[node] - turn), length);
+    const Pull first = pull(run, node, false);
+    const Pull last = pull(run, node, true);
+    const auto pressing = cubic_bernstein(-run.side * first.value, -run.side * first.rate, -run.side * last.value,
+                                          -run.side * last.rate, length);
     if (const auto theta = first_closing(pressing, 0)) {
       const double s = 1.0 - *theta;
       const double slope = -3.0 / length *
@@ -298,8 +329,7 @@ double LocatedSteps::corrected_time(const Candidate& candidate, double time) con
   const std::size_t node = candidate.node;
   const ContactRun& run = *candidate.run;
   if (contact_->resting(node)) {
-    const double stretch = end_.stretch[node] - run.lift(time, start_.time).acceleration / wf2_;
-    return candidate.slope > 0.0 ? time - run.side * stretch / candidate.slope : candidate.time;
+    return candidate.slope > 0.0 ? time - run.side * pull(run, node, true).value / candidate.slope : candidate.time;
   }
   const ReadArray end{state_};
   Kinematics open = gap(run, kinematics(node, end.values(), end_), node, time);
@@ -324,9 +354,10 @@ double LocatedSteps::hit(double event_time, double step_end) {
       return_to_start();
       end_ = start_;
       end_acceleration_ = start_acceleration_;
-      if (contact_->counts().resting > 0) {
+      if (start_rate_valid_) {
         end_rate_ = start_rate_;
       }
+      end_bend_ = start_bend_;
       return start_.time;
     }
     reached = repeat_step(target);
@@ -352,9 +383,18 @@ double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double th
   return run.side * (place + stretch(run, node, theta) - run.height(node) - lift);
 }
 
+StepPolynomial LocatedSteps::stretch_polynomial(std::size_t node) const {
+  return {{.position = start_.stretch[node], .velocity = start_rate_[node], .acceleration = start_bend_[node]},
+          {.position = end_.stretch[node], .velocity = end_rate_[node], .acceleration = end_bend_[node]},
+          end_.time - start_.time};
+}
+
 /// Of the line from a mass that this support, if any, touches.
 double LocatedSteps::stretch(const ContactRun& run, std::size_t node, double theta) const {
   const double length = end_.time - start_.time;
+  if (damping_.any()) {
+    return stretch_polynomial(node).position(theta);
+  }
   if (contact_->resting(node)) {
     return bernstein_value(
         cubic_bernstein(start_.stretch[node], start_rate_[node], end_.stretch[node], end_rate_[node], length), theta);
@@ -390,7 +430,8 @@ LocatedSteps::Given LocatedSteps::given(const ContactRun& run, std::size_t node,
     const double span = weight * theta * length;
     double push = 0.0;
     if (rests) {
-      push = lift.acceleration - wf2_ * stretch(run, node, share);
+      push = lift.acceleration + damping_.mass * lift.velocity - wf2_ * stretch(run, node, share);
+      push -= damping_.any() ? damping_.stiffness * wf2_ * stretch_polynomial(node).velocity(share) : 0.0;
     } else {
       const Kinematics now = open(share);
       push = -run.side * (run.stiffness * now.position + run.damping * now.velocity);
@@ -405,10 +446,19 @@ LocatedSteps::Given LocatedSteps::given(const ContactRun& run, std::size_t node,
 EnergyFlow LocatedSteps::flow(double until) const {
   EnergyFlow sum;
   const double length = end_.time - start_.time;
-  const double theta = length > 0.0 ? std::clamp((until - start_.time) / length, 0.0, 1.0) : 0.0;
+  const double share = length > 0.0 ? std::clamp((until - start_.time) / length, 0.0, 1.0) : 0.0;
+  for (std::size_t i = 0; i < count_ && damping_.any() && length > 0.0; ++i) {
+    const StepPolynomial motion = polynomial(i);
+    const StepPolynomial line = stretch_polynomial(i);
+    for (const auto& [at, weight] : local::detail::kGauss) {
+      const double speed = motion.velocity(at * share);
+      const double taken = damping_.mass * speed - damping_.stiffness * wf2_ * line.velocity(at * share);
+      sum.damped += equations_->line().mass()[i] * weight * share * length * speed * taken;
+    }
+  }
   for (const ContactRun& run : contact_->runs()) {
     for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
-      const EnergyFlow one = given(run, node, theta).flow;
+      const EnergyFlow one = given(run, node, share).flow;
       sum.work += equations_->line().mass()[node] * one.work;
       sum.damped += equations_->line().mass()[node] * one.damped;
     }
@@ -441,7 +491,8 @@ void LocatedSteps::change_holds() {
   for (const Candidate& candidate : candidates_) {
     const ContactRun& run = *candidate.run;
     const std::size_t node = candidate.node;
-    if (!event_ || !run.elastic() || corrected_time(candidate, end_.time) > end_.time + 2.0 * time_resolution(end_.time)) {
+    if (!event_ || !run.elastic() ||
+        corrected_time(candidate, end_.time) > end_.time + 2.0 * time_resolution(end_.time)) {
       continue;
     }
     Hold& hold = holds_[index_of(run)][node - run.first];
@@ -451,7 +502,7 @@ void LocatedSteps::change_holds() {
       state.values()[node] = run.height(node) + lift.height;
     }
     hold.fresh = !candidate.opens && (hold.touch != local::Touch::off || run.damping == 0.0 || speed == 0.0);
-    hold.touch = candidate.opens                          ? local::Touch::off
+    hold.touch = candidate.opens                     ? local::Touch::off
                  : hold.touch == local::Touch::press ? local::Touch::slack
                                                      : local::Touch::press;
   }
@@ -508,13 +559,13 @@ void LocatedSteps::track_contact() {
         const Given all = given(run, node, 1.0);
         const double mass = equations_->line().mass()[node];
         contact_->press(run.support, mass * all.push);
-        contact_->flow({.work = mass * all.flow.work, .damped = mass * all.flow.damped});
         if (length > 0.0 && run.elastic() && hold_of(run, node).touch != local::Touch::off) {
           contact_->touch(start_.time, end_.time);
         }
       } else if (length > 0.0 && contact_->resting_on(node, run)) {
         const double stretch = 0.5 * length * (start_.stretch[node] + end_.stretch[node]) +
-                               length * length / 12.0 * (start_rate_[node] - end_rate_[node]);
+                               length * length / 12.0 * (start_rate_[node] - end_rate_[node]) +
+                               damping_.stiffness * (end_.stretch[node] - start_.stretch[node]);
         contact_->press(run.support, -wf2_ * equations_->line().mass()[node] * stretch);
       }
     }
@@ -548,6 +599,7 @@ double LocatedSteps::end_step() {
   }
   if (!plain_) {
     ride();
+    contact_->flow(flow(time));
   }
   track_contact();
   if (equations_->line_contact() != nullptr) {
@@ -571,7 +623,12 @@ void LocatedSteps::apply_events() {
     }
   }
   const WriteArray state{state_};
-  contact_->resolve(time, due, wf2_, {state.values(), count_}, {state.values() + count_, count_}, end_.stretch);
+  std::vector<double> damped;  // as the stretch of a mass without speed pulls
+  for (std::size_t i = 0; i < count_ && damping_.any(); ++i) {
+    damped.push_back(end_.stretch[i] + damping_.stiffness * (end_rate_[i] + state.values()[count_ + i]));
+  }
+  contact_->resolve(time, due, wf2_, {state.values(), count_}, {state.values() + count_, count_},
+                    damping_.any() ? damped : end_.stretch);
 }
 
 void LocatedSteps::start(const LineState& line) {
@@ -587,7 +644,12 @@ void LocatedSteps::begin_step() {
   start_values_ = ReadArray{start_state_}.values();  // PETSc's own vectors stay where they are
   end_values_ = ReadArray{state_}.values();
   if (!plain_) {
-    find_accelerations(start_.time, start_values_, start_, start_acceleration_);
+    if (damping_.any()) {
+      start_rate_.resize(count_);
+      equations_->evaluate_rate(start_.time, {start_values_ + count_, count_}, start_rate_);
+      start_rate_valid_ = true;
+    }
+    find_accelerations(start_values_, start_, start_rate_, start_acceleration_, start_bend_);
   }
   UDAR_CALL(TSRestartStep(stepper_));
 }
@@ -623,7 +685,14 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
   }
   const StepPolynomial motion = polynomial(node);
   double pulled = motion.velocity(theta) - motion.velocity(0.0);  // by the line
+  if (damping_.any()) {
+    const StepPolynomial line = stretch_polynomial(node);
+    pulled = wf2_ * integral(line, theta, length);
+  }
   for (const ContactRun& run : contact_->runs()) {
+    if (damping_.any()) {
+      break;  // the stretch is known by itself
+    }
     pulled -= !plain_ && node >= run.first && node < run.last ? given(run, node, theta).push : 0.0;
   }
   return integral(motion, theta, length) + pulled / wf2_;

@@ -267,8 +267,7 @@ void TouchingMasses::finish_batch(Largest& largest) {
   if (waiting_ == 0) {
     return;
   }
-  local::advance(batch_, sweep_->angle(), sweep_->terms, sweep_->powers(),
-                 contact_->parameters().hop_tolerance);
+  local::advance(batch_, sweep_->angle(), sweep_->terms, sweep_->powers(), contact_->parameters().hop_tolerance);
   for (std::size_t lane = 0; lane < waiting_; ++lane) {
     Touching& mass = touching_[batch_mass_[lane]];
     if (batch_.simple[lane] == 0.0) {
@@ -391,9 +390,7 @@ EnergyFlow TouchingMasses::flow(double tau) const {
     void impact(int stop, double at, double before, double after) const {
       sum->work += (after - before) * ground(stop, at);
     }
-    void rest(int stop, double at, double speed) const {
-      sum->work += (stop == 0 ? -speed : speed) * ground(stop, at);
-    }
+    void rest(int stop, double at, double speed) const { sum->work += (stop == 0 ? -speed : speed) * ground(stop, at); }
     void pressed(int /*stop*/, double /*push*/, double work) const { sum->work += work; }
     void damped(double loss) const { sum->damped += loss; }
   };

@@ -50,7 +50,8 @@ std::string gauge_rows(std::span<const double> times, std::span<const double> va
 }
 
 std::string energy_header() {
-  return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_impacts,"
+  return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_"
+         "impacts,"
          "lost_in_dampers,total,drift\n";
 }
 

@@ -118,6 +118,16 @@ REFUSED = {
         ["-support_motion", "-contact_surface line"],
     ),
     "motion_over_the_floor": ({"support_motion": "motion.csv", "floor": True}, ["-support_position", "no other support"]),
+    "negative_damping": ({"damping_mass": -1}, ["-damping_mass", "-1", ">= 0", "[1/s]"]),
+    "infinite_damping": ({"damping_stiffness": "inf"}, ["-damping_stiffness", "inf", ">= 0", "[s]"]),
+    "damping_by_chebyshev": (
+        {"damping_mass": 1, "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev", "-damping_mass", "impact or rk"],
+    ),
+    "damping_under_line_contact": (
+        {"damping_stiffness": 1e-3, "contact_surface": "line"},
+        ["-damping_stiffness", "-contact_surface line"],
+    ),
     "zero_stiffness": ({"support_stiffness": 0}, ["-support_stiffness", "0", "> 0", "[N/m]"]),
     "spring_with_restitution": (
         {"support_stiffness": 1e6, "contact_restitution": 0.5},

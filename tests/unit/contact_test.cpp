@@ -130,8 +130,8 @@ TEST(SupportMotion, IsACubicBetweenItsRowsAndStillBeside) {
   for (const double tau : {0.0, 0.3, 1.0}) {
     const double t = 2.25 + 1.5 * tau;
     const double s = (t - 2.0) / 2.0;  // Hermite's polynomials
-    const double expected = 1.5 * (1 + 2 * s) * (1 - s) * (1 - s) + 2.0 * 0.5 * s * (1 - s) * (1 - s) +
-                            0.5 * s * s * (3 - 2 * s);
+    const double expected =
+        1.5 * (1 + 2 * s) * (1 - s) * (1 - s) + 2.0 * 0.5 * s * (1 - s) * (1 - s) + 0.5 * s * s * (3 - 2 * s);
     EXPECT_NEAR(cubic[0] + tau * (cubic[1] + tau * (cubic[2] + tau * cubic[3])), expected, 1e-15);
     EXPECT_NEAR(motion.at(t).height, expected, 1e-15);
   }

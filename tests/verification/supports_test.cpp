@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <memory>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -169,8 +169,8 @@ Support table(std::vector<double> time, std::vector<double> height, std::vector<
   return support;
 }
 
-/// A ball on a table that goes up and down: it may bounce once a period, leaving with g T / 2, where the table moves with
-/// (g T / 2) (1 - e) / (1 + e) (Holmes, J. Sound Vib. 84 (1982) 173).
+/// A ball on a table that goes up and down: it may bounce once a period, leaving with g T / 2, where the table moves
+/// with (g T / 2) (1 - e) / (1 + e) (Holmes, J. Sound Vib. 84 (1982) 173).
 TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
   const test::Option end{"-ts_max_time", "1.3"};
   constexpr double kRestitution = 0.6;
@@ -209,7 +209,8 @@ TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
   }
   // What restitution takes every time, the table brings.
   const double table_speed = kAmplitude * w * std::cos(phase);
-  EXPECT_NEAR(record.energies.back().support_work, 12.0 * 6.0 * 2.0 * speed * kBall * table_speed, 100.0 * within(1e-7));
+  EXPECT_NEAR(record.energies.back().support_work, 12.0 * 6.0 * 2.0 * speed * kBall * table_speed,
+              100.0 * within(1e-7));
 }
 
 /// A table of one cubic: a ball falls on it, sticks, rides on it and flies off where it falls faster than the ball.
@@ -273,12 +274,11 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
              std::exp(-decay * t) * (kGravity / (w * w) * std::cos(turn * t) + sine * std::sin(turn * t));
     };
     const auto rate = [&](double t) {
-      return std::exp(-decay * t) *
-             ((turn * sine - decay * kGravity / (w * w)) * std::cos(turn * t) -
-              (turn * kGravity / (w * w) + decay * sine) * std::sin(turn * t));
+      return std::exp(-decay * t) * ((turn * sine - decay * kGravity / (w * w)) * std::cos(turn * t) -
+                                     (turn * kGravity / (w * w) + decay * sine) * std::sin(turn * t));
     };
-    const double touch =
-        first_root([&](double t) { return -w * w * gap(t) - 2.0 * decay * rate(t); }, 1e-9 / w, 2.0 * std::numbers::pi / w);
+    const double touch = first_root([&](double t) { return -w * w * gap(t) - 2.0 * decay * rate(t); }, 1e-9 / w,
+                                    2.0 * std::numbers::pi / w);
     test::Fall fall{balls(), 80.0, kGravity, {.height = 0.5}, {spring(12.0 * stiffness, 12.0 * 2.0 * decay)}};
     test::Recorder record{0.01};
     fall.dynamics.add_observer(record);
@@ -297,7 +297,8 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
       for (const double position : record.positions[k]) {
         EXPECT_NEAR(position, expected, within(1e-9)) << "k " << stiffness << ", zeta " << ratio << ", t " << t;
       }
-      EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-9)) << "k " << stiffness << ", zeta " << ratio << ", t " << t;
+      EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-9))
+          << "k " << stiffness << ", zeta " << ratio << ", t " << t;
     }
     EXPECT_GE(in_contact, stiffness < 1e3 ? 10U : 1U);
     EXPECT_NEAR(fall.dynamics.counts().first_contact_time, hits, within(1e-9));
@@ -338,6 +339,61 @@ TEST_P(OnSupports, BeamOnMovingAndGivingSupportsKeepsTheLedger) {
     given += impulse;
   }
   EXPECT_NEAR(momentum, given, 1e-6 * fall.beam.total_mass() * kGravity);
+}
+
+/// The tip mass of a cantilever of one element: q'' + (alpha + beta lambda^2) q' + lambda^2 q = 0.
+TEST_P(OnSupports, DampedModeDecaysInClosedForm) {
+  if (test::world_size() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
+  const test::Option end{"-ts_max_time", "2.0"};
+  BeamParameters parameters = test::steel_beam(1);
+  parameters.left = test::kClamped;
+  const double stiffness = 3.0 * parameters.segments[0].bending_stiffness / 1000.0;
+  const double mass = 0.5 * parameters.segments[0].mass_per_length * 10.0;
+  const double wf = 9.0;
+  const double w = std::sqrt(stiffness / mass);
+  const double lambda = wf * w / std::hypot(wf, w);
+  InitialState initial{.height = 0.0};
+  initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.2}, .velocity = {0.0, 0.5}};
+  for (const Damping damping :
+       {Damping{.mass = 0.8}, Damping{.stiffness = 0.05}, Damping{.mass = 0.3, .stiffness = 0.02}}) {
+    test::Fall fall{parameters, wf, 0.0, initial, {}, {}, {}, damping};
+    test::Recorder record{0.1};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    const double decay = 0.5 * (damping.mass + damping.stiffness * lambda * lambda);
+    const double turn = std::sqrt(lambda * lambda - decay * decay);
+    for (std::size_t k = 0; k < record.times.size(); ++k) {
+      const double t = record.times[k];
+      const double expected =
+          std::exp(-decay * t) * (0.2 * std::cos(turn * t) + (0.5 + decay * 0.2) / turn * std::sin(turn * t));
+      EXPECT_NEAR(record.positions[k][1], expected, within(1e-9)) << t;
+      EXPECT_LT(std::abs(record.energies[k].drift()), 2.0 * within(1e-8)) << t;  // of a square
+    }
+    EXPECT_GT(record.energies.back().lost_in_dampers, 0.3 * record.energies.front().total());
+  }
+}
+
+TEST_P(OnSupports, DampedFallKeepsTheLedgerAndComesToRest) {
+  const test::Option end{"-ts_max_time", "1.2"};
+  const test::Option tolerance{"-ts_rtol", is("rk") ? "1e-9" : "1e-8"};
+  Support moving{.position = 2.0, .width = 1.0, .restitution = 0.3};
+  moving.motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.3, 0.5, 0.7, 0.9},
+                                                  std::vector<double>{0.0, 0.1, -0.1, 0.05, 0.0});
+  const Support pad{.position = 8.0, .width = 1.0, .restitution = 0.3};
+  test::Fall fall{test::steel_beam(30), 100.0, kGravity, {.height = 0.3},
+                  {moving, pad},        {},    {},       {.mass = 0.5, .stiffness = 2e-3}};
+  test::Recorder record{0.02};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  double largest = 0.0;
+  for (const EnergyLedger& energy : record.energies) {
+    largest = std::max(largest, std::abs(energy.drift()));
+  }
+  EXPECT_LT(largest, 1e-5);
+  EXPECT_GT(fall.dynamics.counts().rests, 0);
+  EXPECT_GT(record.energies.back().lost_in_dampers, 1.0);
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ GIVING = {  # one support moves, one gives way, one does both
     "initial_height": 0.6,
     "ts_rtol": 1e-10,
 }
+DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
 CASES = {
@@ -45,6 +46,7 @@ CASES = {
     # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.
     "line_contact_by_rk": {**LINE_CONTACT, "ts_adapt_type": "none", "ts_dt": 1e-3, "integrators": ("rk",)},
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
+    "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
@@ -155,9 +157,10 @@ for name, changes in {
     "plastic": {"contact_restitution": 0.5},
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
     "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
+    "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
 }.items():
     for integrator, stops in STOPS.items():
-        if name == "moving_and_giving" and integrator == "chebyshev":
+        if name in ("moving_and_giving", "damped") and integrator == "chebyshev":
             continue
         for ranks, steps in stops:
             setattr(

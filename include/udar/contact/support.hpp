@@ -20,8 +20,8 @@ enum class SupportSide : std::int8_t {
   above = -1,  ///< keeps masses below its height
 };
 
-/// @brief A support, rigid or on springs; it touches every node within its width, edges included. Where the beam has a mass patch from
-/// `from()` to `to()` these carry the mass of the width, else each its own.
+/// @brief A support, rigid or on springs; it touches every node within its width, edges included. Where the beam has a
+/// mass patch from `from()` to `to()` these carry the mass of the width, else each its own.
 struct Support {
   double position = 0.0;     ///< centre [m] from the left end
   double width = 0.0;        ///< [m]; 0: the nearest node alone
@@ -35,7 +35,7 @@ struct Support {
     std::vector<double> height;  ///< [m]
   };
   Profile profile{};
-  std::shared_ptr<const SupportMotion> motion{};                ///< what is added to the height over time; null: nothing
+  std::shared_ptr<const SupportMotion> motion{};               ///< what is added to the height over time; null: nothing
   double stiffness = std::numeric_limits<double>::infinity();  ///< of all of it [N/m], > 0; infinite: rigid
   double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
 
@@ -66,8 +66,8 @@ struct ContactRun {
   double yield_speed = std::numeric_limits<double>::infinity();  ///< [m/s]
   std::vector<double> profile{};                                 ///< height at each node [m]; empty: level
   std::shared_ptr<const SupportMotion> motion{};                 ///< null: none
-  double stiffness = 0.0;                                        ///< of a spring over the mass it carries [1/s^2]; 0: rigid
-  double damping = 0.0;                                          ///< the same of a damper [1/s]
+  double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
+  double damping = 0.0;    ///< the same of a damper [1/s]
 
   /// Height of the contact face at a local node, without its motion [m].
   [[nodiscard]] double height(std::size_t node) const { return profile.empty() ? level : profile[node - first]; }

@@ -191,7 +191,7 @@ class ContactState {
   };
   std::vector<Loss> losses_;  // besides those of the impacts
   EventCounts all_events_;
-  EnergyFlow flow_;  // of the step
+  EnergyFlow flow_;         // of the step
   bool gives_way_ = false;  // some support of the whole structure
   double touched_from_ = kNever;
   double touched_until_ = -kNever;

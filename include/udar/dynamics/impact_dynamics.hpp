@@ -122,7 +122,7 @@ class ImpactDynamics {
   double largest_kinetic_ = 0.0;
   std::vector<double> kinks_;  // of loads and moving supports, ascending [s]
   bool flows_ = false;         // energy flows through supports or dampers
-  double load_work_ = 0.0;  // local share up to the start of the step
+  double load_work_ = 0.0;     // local share up to the start of the step
   PetscInt steps_ = 0;
   PetscInt rejected_steps_ = 0;
   bool started_ = false;

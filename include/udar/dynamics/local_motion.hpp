@@ -29,8 +29,8 @@ inline constexpr std::array<std::array<double, kMostTerms>, kMostTerms> kLegendr
 /// @brief What a mass meets. Displacements [m] count from its position at the start of the step, velocities [m per
 /// step].
 struct Stop {
-  double at = 0.0;           ///< displacement at which it touches at the start [m]
-  double restitution = 1.0;  ///< e
+  double at = 0.0;                                               ///< displacement at which it touches at the start [m]
+  double restitution = 1.0;                                      ///< e
   double yield_speed = std::numeric_limits<double>::infinity();  ///< where e begins to fall [m per step]
   bool present = false;
   bool moves = false;            ///< by `path`
@@ -93,7 +93,7 @@ struct Silent {
   /// What a stop gave without an impact, per mass.
   /// @param push integral of the acceleration it gives, up [m per step] @param work that of this and its own speed
   void pressed(int /*stop*/, double /*push*/, double /*work*/) const {}
-  /// What the damper of a stop took, per mass [m^2 per step^2].
+  /// What dampers took, per mass: those of stops, and drags [m^2 per step^2].
   void damped(double /*loss*/) const {}
   /// It was in contact with a stop that is not rigid.
   void touched(double /*from*/, double /*until*/) const {}
@@ -200,8 +200,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     const double side = index == 0 ? 1.0 : -1.0;
     const double gap = -side * stop.at;
     if (stop.present && stop.elastic() && gap < 0.0) {
-      touch[index] = stop.stiffness * gap + stop.damping * side * (velocity - stop.speed(0.0)) < 0.0 ? Touch::press
-                                                                                                   : Touch::slack;
+      touch[index] =
+          stop.stiffness * gap + stop.damping * side * (velocity - stop.speed(0.0)) < 0.0 ? Touch::press : Touch::slack;
     }
   }
   if (resting >= 0) {
@@ -211,6 +211,15 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   }
   std::array<double, kMostPowers> series{};
   std::array<double, kMostPowers> gap{};
+  const auto dragged = [&](const double* motion, std::size_t count, const auto& of_line, double length) {
+    double sum = 0.0;
+    for (const auto& [at, weight] : detail::kGauss) {
+      const double speed = slope(motion, count, at * length);
+      const double rate = slope(of_line.data(), problem.terms, at * length);
+      sum += weight * length * speed * (problem.drag * speed + problem.line_drag * (speed - rate));
+    }
+    return sum;
+  };
   bool stuck = false;  // rests again where it was released
   int stalls = 0;      // arcs without length, one after the other
   constexpr double kHold = 1e-8;
@@ -264,6 +273,9 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
           work += force * slope(path.data(), 4, at * end);
         }
         journal.pressed(resting, push, work);
+        if (drags != 0.0) {
+          journal.damped(dragged(path.data(), 4, line, end));
+        }
       }
       tau += end;
       place = stop.moves ? value(path.data(), 4, end) : stop.at;
@@ -410,7 +422,9 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       const double side = index == 0 ? 1.0 : -1.0;
       const double start = tau;
       const auto gap_at = [&](double s) { return side * (value(series.data(), powers, s) - support.place(start + s)); };
-      const auto rate_at = [&](double s) { return side * (slope(series.data(), powers, s) - support.speed(start + s)); };
+      const auto rate_at = [&](double s) {
+        return side * (slope(series.data(), powers, s) - support.speed(start + s));
+      };
       if (touch[index] == Touch::press) {
         // A stop that gives way within the step makes no kink.
         constexpr double kHard = 10.0;
@@ -430,14 +444,18 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
         double loss = 0.0;
         for (const auto& [at, weight] : detail::kGauss) {
           const double rate = rate_at(at * end);
-          const double force =
-              -side * (support.stiffness * gap_at(at * end) + support.damping * rate) * weight * end;
+          const double force = -side * (support.stiffness * gap_at(at * end) + support.damping * rate) * weight * end;
           push += force;
           work += force * support.speed(tau + at * end);
           loss += support.damping * rate * rate * weight * end;
         }
         journal.pressed(static_cast<int>(index), push, work);
         journal.damped(loss);
+      }
+    }
+    if constexpr (!std::is_same_v<Journal, Silent>) {
+      if (drags != 0.0) {
+        journal.damped(dragged(series.data(), powers, line, end));
       }
     }
     const double arrived = slope(series.data(), powers, end);

@@ -42,8 +42,8 @@ class LocatedSteps final : public Stepper {
   struct Candidate {
     const ContactRun* run;
     std::size_t node;
-    double time;   // on the dense output [s]
-    double slope;  // of the stretch at a release [m/s]
+    double time;         // on the dense output [s]
+    double slope;        // of the stretch at a release [m/s]
     bool opens = false;  // a closed gap
   };
   /// How a mass stands to a support that is not rigid.
@@ -65,7 +65,8 @@ class LocatedSteps final : public Stepper {
   [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
   double repeat_step(double time);
   void track_contact();
-  void find_accelerations(double time, const double* state, const LineState& line, std::vector<double>& result) const;
+  void find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
+                          std::vector<double>& result, std::vector<double>& bend);
   void survey_hold(const ContactRun& run, std::size_t node, double length);
   void ride();
   void change_holds();
@@ -77,7 +78,15 @@ class LocatedSteps final : public Stepper {
   }
   /// Gap of a mass and its rates.
   [[nodiscard]] Kinematics gap(const ContactRun& run, const Kinematics& mass, std::size_t node, double time) const;
+  /// Stretch of the line over the step, where the structure is damped.
+  [[nodiscard]] StepPolynomial stretch_polynomial(std::size_t node) const;
   [[nodiscard]] double stretch(const ContactRun& run, std::size_t node, double theta) const;
+  /// What pulls a mass at rest off its support, as stretch [m], and its rate.
+  struct Pull {
+    double value;
+    double rate;
+  };
+  [[nodiscard]] Pull pull(const ContactRun& run, std::size_t node, bool at_end) const;
   [[nodiscard]] double contact_acceleration(const ContactRun& run, std::size_t node, const Kinematics& mass,
                                             double time) const;
   [[nodiscard]] Given given(const ContactRun& run, std::size_t node, double theta) const;
@@ -106,8 +115,12 @@ class LocatedSteps final : public Stepper {
   const double* end_values_ = nullptr;
   double next_step_ = 0.0;
   bool event_ = false;
-  bool plain_ = true;                     // all supports are rigid and at rest
-  std::vector<std::vector<Hold>> holds_;  // by run that is not rigid, then node
+  bool plain_ = true;  // all supports are rigid and at rest, and nothing is damped
+  Damping damping_;
+  std::vector<double> stage_rate_;  // d' [m/s] at the stage at hand
+  std::vector<double> start_bend_;  // d'' [m/s^2] at both ends, kept where the structure is damped
+  std::vector<double> end_bend_;
+  std::vector<std::vector<Hold>> holds_;    // by run that is not rigid, then node
   std::vector<double> start_acceleration_;  // [m/s^2], kept unless `plain_`
   std::vector<double> end_acceleration_;
   std::vector<Candidate> candidates_;

@@ -29,7 +29,8 @@ struct EnergyLedger {
   }
   /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution.
   [[nodiscard]] double drift() const noexcept {
-    return scale > 0.0 ? (total() + lost_in_impacts + lost_in_dampers - load_work - support_work - initial) / scale : 0.0;
+    return scale > 0.0 ? (total() + lost_in_impacts + lost_in_dampers - load_work - support_work - initial) / scale
+                       : 0.0;
   }
 };
 

@@ -41,6 +41,16 @@ class TouchingMasses {
   void track_line();
   /// What flowed besides impacts up to a share `tau` of the accepted step, this rank's share.
   [[nodiscard]] EnergyFlow flow(double tau) const;
+  /// Calls `visit` with the local node of every mass that may have touched something in the accepted step.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (const Pressed& mass : pressed_) {
+      visit(mass.node);
+    }
+    for (const Touching& mass : touching_) {
+      visit(mass.node);
+    }
+  }
   /// Gives back what a rare step has made large.
   void release_memory() { release_if_large(touching_); }
 
@@ -103,9 +113,9 @@ class TouchingMasses {
   ContactState* contact_;
   const BeamChain* beam_;
   Tally* tally_ = nullptr;
-  std::vector<std::size_t> block_runs_;  // of every block, by index
-  std::vector<std::size_t> first_run_;   // of a block, in `block_runs_`
-  std::vector<float> kink_share_;        // of every node
+  std::vector<std::size_t> block_runs_;       // of every block, by index
+  std::vector<std::size_t> first_run_;        // of a block, in `block_runs_`
+  std::vector<float> kink_share_;             // of every node
   std::vector<std::array<double, 4>> lifts_;  // of every run in powers of tau [m]
   double lifted_at_ = -1.0;                   // begin and length of the step they belong to [s]
   double lifted_over_ = 0.0;
