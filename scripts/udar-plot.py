@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """udar-plot: pictures of one run of udar, or of several runs laid over each other.
 
-Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts,
-deflection and impulses in RUN/plots; several runs give gauges, energy and contacts in ./plots. A study
+Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts, deflection,
+impulses, forces and envelope in RUN/plots; several runs give gauges, energy and contacts in ./plots. A study
 of udar-study gives its results against each axis, and work against precision, in DIR/plots.
 """
 import argparse
@@ -79,6 +79,8 @@ class Run:
     impacts: dict
     rests: dict
     finished: bool
+    contact: dict = None     # columns of contact.csv
+    envelope: dict = None    # datasets of /envelope; written when a run ends
     instants: np.ndarray = None  # times of the rows below; None when not asked for
     line_rows: np.ndarray = None
     mass_rows: np.ndarray = None
@@ -238,6 +240,11 @@ def read_run(folder, with_fields):
                     raise PlotError(f"{path}: an impact or rest names a support that is not in /support_position")
             if with_fields:
                 read_instants(file, run)
+                if "envelope" in file:
+                    run.envelope = {name: values[()] for name, values in file["envelope"].items()}
+                    if any(len(run.envelope[f"{name}_{side}"]) != len(x) - (name == "shear")
+                           for name in ("moment", "shear") for side in ("min", "max")):
+                        raise PlotError(f"{path}: /envelope does not have one value per node or element")
                 for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
                     if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
                         raise PlotError(f"{path}: /fields/{name} does not have one value per node of /x")
@@ -248,6 +255,8 @@ def read_run(folder, with_fields):
         run.gauges = read_csv(folder / "gauges.csv", ["time", *columns])
     else:
         run.gauges = {"time": np.empty(0)}
+    if with_fields and (folder / "contact.csv").exists():
+        run.contact = read_csv(folder / "contact.csv", ["time", "masses", "x_min", "x_max"])
     run.energy = read_csv(folder / "energy.csv", ["time", "drift", *(name for name, *_ in ENERGY_LINES)])
     return run
 
@@ -523,6 +532,16 @@ def shade_supports(axis, run):
             axis.axhline(support.position, color=SUPPORT_GREY, linewidth=0.8, zorder=0.6)
 
 
+def shade_supports_upright(axis, run):
+    for support in run.supports:
+        if support.is_floor:
+            continue
+        if support.high > support.low:
+            axis.axvspan(support.low, support.high, color="#e4e4e4", linewidth=0, zorder=0.5)
+        else:
+            axis.axvline(support.position, color=SUPPORT_GREY, linewidth=0.8, zorder=0.6)
+
+
 def contact_cells(run, time_edges, x_edges):
     """Sum of impulses, and whether a mass rests, in each cell of a grid (x, time)."""
     impulse, _, _ = np.histogram2d(run.impacts["x"], run.impacts["time"], bins=(x_edges, time_edges),
@@ -689,6 +708,72 @@ def draw_impulses(pen, run):
     pen.write(figure, "impulses", "Impulse each support gave to the beam in impacts (up is positive)", [run])
 
 
+def draw_forces(pen, run):
+    """Mean force of each support over the window, and which part of the beam was in contact."""
+    contact = run.contact
+    names = [name for name in contact if name.startswith("force")]
+    peak = max((np.nanmax(np.abs(contact[name]), initial=0.0) for name in names), default=0.0)
+    unit, unit_name = (1e3, "kN") if peak >= 1e4 else (1.0, "N")
+    figure, axes = pen.figure(9.5, 6.5, 2, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    upper, lower = axes[:, 0]
+    dashes = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (5, 1.5, 1.5, 1.5)))
+    few = len(names) <= len(SERIES)
+    for number, name in enumerate(names):
+        label = run.supports[number].name if name != "force" else "all supports together"
+        upper.plot(*thin(contact["time"], contact[name] / unit), linestyle=dashes[number % len(dashes)] if few else "-",
+                   color=SERIES[number % len(SERIES)], linewidth=1.3 if few else 0.7, label=label)
+    if few and names:
+        legend_above(upper, *upper.get_legend_handles_labels(), columns=min(3, len(names)))
+    upper.set_ylabel(f"mean force, up [{unit_name}]")
+    touched = contact["masses"] > 0
+    shade_supports(lower, run)
+    # A row tells of the time since the row before it.
+    begin = np.concatenate([contact["time"][:1], contact["time"][:-1]])[touched]
+    end, low, high = (contact[name][touched] for name in ("time", "x_min", "x_max"))
+    if len(end):
+        pad = 0.006 * np.ptp(run.x)  # one mass alone would not be seen
+        step = max(1, len(end) // (2 * BINS))
+        parts = np.arange(0, len(end), step)
+        low, high = np.minimum.reduceat(low, parts) - pad, np.maximum.reduceat(high, parts) + pad
+        last = np.append(parts[1:], len(end)) - 1
+        joined = end[last] - begin[parts] <= 1.5 * (end - begin).max() * step  # not over a time without contact
+        lower.bar(begin[parts][joined], (high - low)[joined], (end[last] - begin[parts])[joined], low[joined],
+                  align="edge", color=SKY, linewidth=0)
+    else:
+        say_empty(lower, "no contact")
+    lower.set_ylim(run.x.min() - 0.03 * np.ptp(run.x), run.x.max() + 0.03 * np.ptp(run.x))
+    lower.set_ylabel("contact zone, x [m]")
+    lower.set_xlabel("time [s]")
+    set_time_axis(lower, [run])
+    pen.write(figure, "forces", "Forces of the supports, and the part of the beam in contact", [run])
+
+
+def draw_envelope(pen, run):
+    """Least and greatest bending moment at the nodes and shear force in the elements."""
+    figure, axes = pen.figure(9.5, 6.5, 2, sharex=True)
+    for axis, name, label, kilo, colour in ((axes[0, 0], "moment", "bending moment", "kN m", BLUE),
+                                            (axes[1, 0], "shear", "shear force", "kN", VERMILLION)):
+        first = np.arange(0, len(run.envelope[f"{name}_min"]), max(1, len(run.x) // (2 * BINS)))
+        low = np.minimum.reduceat(run.envelope[f"{name}_min"], first)
+        high = np.maximum.reduceat(run.envelope[f"{name}_max"], first)
+        peak = np.nanmax(np.abs([low, high]))
+        unit, unit_name = (1e3, kilo) if peak >= 1e4 else (1.0, kilo[1:])
+        axis.use_sticky_edges = False
+        shade_supports_upright(axis, run)
+        if name == "shear":  # constant in an element
+            edges = run.x[np.append(first, len(run.x) - 1)]
+            axis.stairs(high / unit, edges, baseline=low / unit, fill=True, color=colour, alpha=0.25)
+            axis.stairs(high / unit, edges, baseline=None, color=colour)
+            axis.stairs(low / unit, edges, baseline=None, color=colour)
+        else:
+            axis.fill_between(run.x[first], low / unit, high / unit, color=colour, alpha=0.25, linewidth=0)
+            axis.plot(run.x[first], high / unit, run.x[first], low / unit, color=colour)
+        axis.axhline(0.0, color=GREY, linewidth=0.8)
+        axis.set_ylabel(f"{label} [{unit_name}]")
+    axes[1, 0].set_xlabel("x along the beam [m]")
+    pen.write(figure, "envelope", "Envelopes of bending moment and shear force", [run])
+
+
 # ------------------------------------------------------------------------------------------------ studies
 
 
@@ -812,6 +897,8 @@ def draw_study(options, folder):
     draw_work_precision(pen, study, "wall_seconds", "wall time [s]")
 
 
+
+
 # ------------------------------------------------------------------------------------------------ command line
 
 
@@ -844,8 +931,8 @@ def dpi_number(text):
 def parse(arguments):
     parser = Parser(
         prog="udar-plot", description="Draws the results of one run of udar, or of several runs laid over each other.",
-        epilog="One run: gauges, energy, contacts, deflection, impulses. Several runs: gauges, energy, contacts. "
-               "A folder of udar-study (also written: study DIR): its results against each axis, work "
+        epilog="One run: gauges, energy, contacts, deflection, impulses, forces, envelope. Several runs: gauges, "
+               "energy, contacts. A folder of udar-study (also written: study DIR): its results against each axis, work "
                "against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
                "as it should be.")
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
@@ -908,6 +995,14 @@ def main(arguments):
         draw_deflection(pen, runs[0])
         if runs[0].supports:
             draw_impulses(pen, runs[0])
+            if runs[0].contact is not None:
+                draw_forces(pen, runs[0])
+            else:
+                note(f"{runs[0].folder} has no contact.csv: no picture of forces")
+        if runs[0].envelope is not None:
+            draw_envelope(pen, runs[0])
+        else:
+            note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <sstream>
 #include <utility>
 
@@ -271,16 +272,50 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   return beam;
 }
 
-FilterParameters read_filter(MPI_Comm comm, Formulation formulation) {
+FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   OptionGroup group{
       comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
-  FilterParameters filter{.formulation = formulation};
+  FilterInput filter;
+  filter.formulation = formulation;
   std::string word;
-  const bool given =
-      group.real_or_word("-filter_frequency", filter.filter_frequency, word, {"none"}, "rad/s", petsc::positive(),
-                         "filter frequency wf: all frequencies of the model fall below it; none: the "
-                         "unfiltered beam, by -ts_type moreau with steps of -ts_dt; required");
+  const bool given = group.real_or_word(
+      "-filter_frequency", filter.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
+      "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
+      "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
+      "required");
   filter.unfiltered = word == "none";
+  filter.automatic = word == "auto";
+  const bool accuracy_given =
+      group.real("-filter_accuracy", filter.accuracy, "-", {.lowest = 0.0, .highest = 0.5, .lowest_excluded = true},
+                 "for -filter_frequency auto: how much the filter may lower a frequency that "
+                 "matters, as a share of it");
+  const bool modes_given = group.integer("-filter_modes", filter.modes, petsc::at_least(1),
+                                         "for -filter_frequency auto: so many of the lowest flexible modes matter");
+  const bool band_given = group.real("-filter_band", filter.band, "rad/s", petsc::positive(),
+                                     "for -filter_frequency auto, instead of -filter_modes: all frequencies up to this "
+                                     "one matter");
+  group.integer("-filter_correct_modes", filter.correct_lowest, petsc::non_negative(),
+                "so many of the lowest flexible modes vibrate at their unfiltered frequency, those above wf excepted; "
+                "each costs a dot product and an axpy per line solve and 8 bytes per node, all together one reduction "
+                "per line solve or batch of them");
+  group.integers("-filter_correct_mode", filter.correct, petsc::at_least(1),
+                 "the same for modes by their numbers, 1 the lowest flexible one; one above wf raises the largest "
+                 "frequency, and shortens the time step, to its own");
+  if (!filter.automatic && (accuracy_given || modes_given || band_given)) {
+    throw InputError{std::string{"option "} +
+                     (accuracy_given ? "-filter_accuracy" : (modes_given ? "-filter_modes" : "-filter_band")) +
+                     " needs -filter_frequency auto"};
+  }
+  if (filter.unfiltered && (filter.correct_lowest > 0 || !filter.correct.empty())) {
+    throw InputError{
+        "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
+        "nothing to correct"};
+  }
+  if (modes_given && band_given) {
+    throw InputError{
+        "options -filter_modes and -filter_band exclude each other: give the number of modes that matter "
+        "or the band they are in [rad/s]"};
+  }
   group.integer("-filter_check_interval", filter.check_interval, petsc::non_negative(),
                 "every so many line solves the residual is checked; 0: never");
   group.real("-filter_residual_tolerance", filter.residual_tolerance, "-", petsc::positive(),
@@ -290,7 +325,7 @@ FilterParameters read_filter(MPI_Comm comm, Formulation formulation) {
                 "stretches of line that the chain solver treats side by side in vector registers: 8, 4 or 1; 0: what "
                 "the processor has");  // read by the preconditioner itself
   if (!given && !petsc::Session::help_requested()) {
-    throw InputError{"option -filter_frequency is required: a number > 0 [rad/s]"};
+    throw InputError{"option -filter_frequency is required: a number > 0 [rad/s] or auto"};
   }
   return filter;
 }
@@ -525,9 +560,16 @@ void read_output(MPI_Comm comm, Case& input) {
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
   group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
   group.real("-output_interval", input.output.interval, "s", petsc::positive(),
-             "simulated time between rows of gauges.csv and energy.csv");
+             "simulated time between rows of gauges.csv, energy.csv and contact.csv, and samples of envelope.csv");
   group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
              "simulated time between fields in results.h5; 0: none");
+  group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
+             "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
+             "/ wf; 0: "
+             "that");
+  if (!input.filter.automatic) {
+    settle_force_window(input);
+  }
   group.string("-restart_file", input.restart.file, "continue from this restart.h5");
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
@@ -544,6 +586,21 @@ void read_output(MPI_Comm comm, Case& input) {
 
 }  // namespace
 
+void settle_force_window(Case& input) {
+  // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
+  // Contact on the line has forces of its own.
+  const double resolved = std::numbers::pi / input.filter.filter_frequency;
+  const bool impacts = input.contact.surface == ContactSurface::mass;
+  if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
+    std::ostringstream message;
+    message << "option -output_force_window: " << input.output.force_window
+            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
+            << " [s], the shortest time over which impacts make a force";
+    throw InputError{message.str()};
+  }
+  input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
+}
+
 Case read_case(MPI_Comm comm) {
   Case input;
   Formulation formulation = Formulation::mixed;
@@ -553,6 +610,12 @@ Case read_case(MPI_Comm comm) {
   read_contact(comm, input);
   read_output(comm, input);
   read_integration(comm, input);
+  if (input.contact.surface == ContactSurface::line &&
+      (input.filter.correct_lowest > 0 || !input.filter.correct.empty())) {
+    throw InputError{
+        "options -filter_correct_modes and -filter_correct_mode are not for -contact_surface line: in these modes the "
+        "line is tied rigidly to the masses and would hit with them"};
+  }
   return input;
 }
 

@@ -9,12 +9,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
 
 #include "app/run_costs.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/filter_choice.hpp"
 #include "udar/app/view.hpp"
 #include "udar/filter/modes.hpp"
 #include "udar/io/checkpoint.hpp"
@@ -88,6 +90,13 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   if (input.damping.any()) {
     text << "damping " << input.damping.mass << '/' << input.damping.stiffness << ' ';
   }
+  if (input.filter.correct_lowest > 0 || !input.filter.correct.empty()) {
+    text << "corrected " << input.filter.correct_lowest;
+    for (const PetscInt mode : input.filter.correct) {
+      text << ',' << mode;
+    }
+    text << ' ';
+  }
   text << (input.contact.surface == ContactSurface::line ? "line contact " : "") << "segments "
        << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
        << std::hash<std::string>{}(lists.str());
@@ -129,25 +138,12 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
 /// The lowest modes: six for the view, else the first alone, for the warning. That one does not depend on a fine mesh:
 /// it is taken from a coarser one where the line has more elements than that needs.
 std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
-  constexpr PetscInt kElements = 2000;  // the first frequency is then right to some 1e-6
-  const BeamChain& beam = line.beam();
-  int size = 1;
-  MPI_Comm_size(beam.comm(), &size);
-  if (input.view || beam.elements() <= kElements) {
+  const MPI_Comm comm = line.beam().comm();
+  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, 1);
+  if (!coarse) {
     return lowest_modes(line, input.view ? 6 : 1);
   }
-  BeamParameters coarse = input.beam;
-  coarse.mass_patches.clear();  // may be finer than this mesh
-  PetscInt elements = 0;
-  for (BeamSegment& segment : coarse.segments) {
-    const double share = static_cast<double>(segment.elements) / static_cast<double>(beam.elements());
-    segment.elements = std::max<PetscInt>(1, static_cast<PetscInt>(share * static_cast<double>(kElements)));
-    elements += segment.elements;
-  }
-  if ((elements + 1) / 2 < static_cast<PetscInt>(size)) {
-    return lowest_modes(line, 1);
-  }
-  const BeamChain coarse_beam{beam.comm(), coarse};
+  const BeamChain coarse_beam{comm, *coarse};
   FilteredLine coarse_line{coarse_beam, input.filter};
   return lowest_modes(coarse_line, 1);
 }
@@ -194,7 +190,7 @@ class CheckpointWriter final : public Observer {
   std::string fingerprint_;
 };
 
-void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
+MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
   io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
   if (checkpoint.case_fingerprint != fingerprint(input, beam)) {
     throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case (" +
@@ -207,9 +203,11 @@ void restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam)
   state.scalars = std::move(checkpoint.scalars);
   state.tables = std::move(checkpoint.tables);
   dynamics.restore(state);
+  return state;
 }
 
-io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics) {
+io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics,
+                         const io::SupportForces& forces) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
@@ -243,6 +241,8 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
     summary.min_line_gap_x = gap.x;
     summary.min_line_gap_time = gap.time;
     summary.support_impulse = dynamics.support_impulses();
+    summary.force_window = forces.window();
+    summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
   summary.energy_drift = dynamics.energy().drift();
   summary.gauge_position = input.gauges;
@@ -264,19 +264,33 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const bool help = petsc::Session::help_requested();
   if (help && input.filter.filter_frequency == 0.0) {
     input.filter.filter_frequency = 100.0;  // any: only the solvers' own help is wanted
+  } else {
+    choose_frequency(comm, input.beam, input.filter);
+    if (input.filter.automatic) {
+      settle_force_window(input);
+    }
   }
   const BeamChain beam{comm, input.beam};
   FilteredLine line{beam, input.filter};
+  std::vector<Mode> modes;
+  if (!help) {
+    modes = modes_to_show(input, line);
+    for (const PetscInt number : correct_modes(line, input.filter)) {
+      if (number <= static_cast<PetscInt>(modes.size())) {
+        modes[static_cast<std::size_t>(number - 1)].corrected = true;
+      }
+    }
+  }
   const Loads loads{beam, input.gravity, input.loads};
   Equations equations{line, loads, input.initial, input.damping};
   ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
   if (help) {
     return {};
   }
-  const std::vector<Mode> modes = modes_to_show(input, line);
   petsc::check_unknown_options(comm);
+  std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {
-    restore(dynamics, input, beam);
+    earlier = restore(dynamics, input, beam);
   }
   io::prepare_run_directory(comm, input.output.directory, input.output.overwrite, input.restart.file);
 
@@ -286,15 +300,20 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   }
   print_warnings(input, line, modes, springs);
 
+  io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
   std::vector<std::unique_ptr<Observer>> observers = io::make_run_writers(
-      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval);
+      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval, &forces);
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));
   observers.push_back(std::make_unique<ProgressLine>(comm));
   for (const auto& observer : observers) {
+    if (earlier) {
+      observer->restore(*earlier);
+    }
     dynamics.add_observer(*observer);
   }
+  earlier.reset();
   if (listener) {
     dynamics.add_observer(listener(input, beam, line.mass()));
   }
@@ -306,7 +325,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const auto summarise = [&] {
     const CostMark end = cost_mark();
     io::Summary& summary = result.summary;
-    summary = make_summary(input, line, dynamics);
+    summary = make_summary(input, line, dynamics, forces);
     summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);

@@ -125,8 +125,8 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
   }
   UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    UDAR_CALL(PetscPrintf(comm, "  %4zu %11.5g %18.5g %6.1f %%\n", i + 1, modes[i].frequency, modes[i].filtered,
-                          100.0 * modes[i].distortion()));
+    UDAR_CALL(PetscPrintf(comm, "  %4zu %11.5g %18.5g %6.1f %%%s\n", i + 1, modes[i].frequency, modes[i].filtered,
+                          100.0 * modes[i].distortion(), modes[i].corrected ? ", corrected to 0" : ""));
   }
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     const Support& support = input.supports[i];
@@ -177,13 +177,15 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
 void print_warnings(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs) {
   const MPI_Comm comm = line.beam().comm();
-  if (!line.parameters().unfiltered && !modes.empty() && modes.front().distortion() < -kWarningShare) {
+  if (!line.parameters().unfiltered && !modes.empty() && !modes.front().corrected &&
+      modes.front().distortion() < -kWarningShare) {
     UDAR_CALL(
         PetscFPrintf(comm, PETSC_STDERR,
                      "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
-                     "the curves are qualitative. -filter_frequency %.3g would keep it to 1 %%\n",
+                     "the curves are qualitative. -filter_frequency auto would keep it to 1 %%, with %.3g rad/s, and "
+                     "-filter_correct_modes 1 would not lower it\n",
                      modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
-                     7.02 * modes.front().frequency));
+                     filter_frequency_for(modes.front().frequency, 0.01)));
   }
   if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
     UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR,

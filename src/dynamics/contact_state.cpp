@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <ranges>
 
@@ -26,7 +27,18 @@ ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, 
       parameters_{parameters},
       runs_{parameters.surface == ContactSurface::mass ? contact_runs(beam, supports_) : std::vector<ContactRun>{}},
       resting_(mass.size(), 0),
-      impulse_(supports_.size(), 0.0) {
+      impulse_(supports_.size(), 0.0),
+      pressed_(supports_.size(), 0.0) {
+  for (const ContactRun& run : contact_runs(beam, supports_)) {
+    touchable_.push_back({run.first, run.last});
+  }
+  std::ranges::sort(touchable_);
+  for (std::size_t i = 1; i < touchable_.size(); ++i) {  // supports may share nodes: each belongs to one range
+    auto& [first, last] = touchable_[i];
+    first = std::max(first, touchable_[i - 1][1]);
+    last = std::max(last, first);
+  }
+  last_contact_.assign(touchable_.empty() ? 0 : mass.size(), -std::numeric_limits<double>::infinity());
   line_gap_.gap = std::numeric_limits<double>::infinity();
   gives_way_ = std::ranges::any_of(supports_, &Support::elastic);
   begin_step();
@@ -77,8 +89,9 @@ void ContactState::strike(PetscInt support, std::size_t node, double time, doubl
                         .energy_loss = loss});
   } else {
     losses_.push_back({.time = time, .energy = loss});
+    press(support, impulse, time, time);
+    touch(node, time, time);
   }
-  press(support, impulse);
 }
 
 void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {
@@ -105,6 +118,55 @@ double ContactState::lost_before(double time) const {
     sum += loss.time < time ? loss.energy : 0.0;
   }
   return sum;
+}
+
+void ContactState::add_impulses(double time, double passed, std::span<double> sums) const {
+  for (const ImpactRecord& impact : impacts_) {
+    sums[static_cast<std::size_t>(impact.support)] += impact.time < time ? impact.impulse : 0.0;
+  }
+  for (std::size_t support = 0; support < pressed_.size(); ++support) {
+    sums[support] += passed * pressed_[support];
+  }
+  for (const Part& part : parts_) {
+    const double share = time >= part.to ? 1.0 : time > part.from ? (time - part.from) / (part.to - part.from) : 0.0;
+    sums[static_cast<std::size_t>(part.support)] += share * part.impulse;
+  }
+}
+
+void ContactState::note_contacts(double until) {
+  const auto note = [&](PetscInt node, double time) {
+    if (time < until) {
+      double& last = last_contact_[static_cast<std::size_t>(node - beam_->begin())];
+      last = std::max(last, time);
+    }
+  };
+  for (const Touch& touch : touches_) {
+    if (touch.from < until) {
+      last_contact_[touch.node] = std::max(last_contact_[touch.node], std::min(touch.until, until));
+    }
+  }
+  for (const ImpactRecord& impact : impacts_) {
+    note(impact.node, impact.time);
+  }
+  for (const RestRecord& rest : rests_) {
+    note(rest.node, rest.time);
+  }
+}
+
+ContactZone ContactState::zone(double since, double until, std::span<const std::uint8_t> resting) {
+  note_contacts(until);
+  ContactZone zone;
+  for (const auto& [first, last] : touchable_) {
+    for (std::size_t node = first; node < last; ++node) {
+      if (resting[node] != 0 || last_contact_[node] >= since) {
+        const double x = beam_->position(beam_->begin() + static_cast<PetscInt>(node));
+        ++zone.masses;
+        zone.x_min = std::min(zone.x_min, x);
+        zone.x_max = std::max(zone.x_max, x);
+      }
+    }
+  }
+  return zone;
 }
 
 void ContactState::line_at(double gap, std::size_t node, double time) {
@@ -142,7 +204,7 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
       if (outcome.impact) {
         hit(run, node, time, velocity[node], after, outcome.energy_loss);
       } else {
-        press(run.support, mass_[node] * (after - velocity[node]));
+        press(run.support, mass_[node] * (after - velocity[node]), time, time);
       }
       flow({.work = mass_[node] * (after - velocity[node]) * lift.velocity});
       position[node] = height;
@@ -163,13 +225,13 @@ void ContactState::begin_step() {
   release_if_large(impacts_);
   release_if_large(rests_);
   losses_.clear();
-  impulse_before_ = impulse_;
+  std::ranges::fill(pressed_, 0.0);
+  parts_.clear();
+  touches_.clear();
   line_gap_before_ = line_gap_;
   all_events_ = {};
   held_from_ = -1.0;
   flow_ = {};
-  touched_from_ = kNever;
-  touched_until_ = -kNever;
 }
 
 void ContactState::hold(double from, double until) {
@@ -182,7 +244,6 @@ void ContactState::undo() {
     resting_[change.node] = change.before;
   }
   count_resting();
-  impulse_ = impulse_before_;
   line_gap_ = line_gap_before_;
   begin_step();
 }
@@ -197,9 +258,15 @@ void ContactState::commit(double time, std::span<double> sums) {
                           flow_.damped};
   const auto own = static_cast<std::ptrdiff_t>(all.size());
   all.insert(all.end(), sums.begin(), sums.end());
+  const auto sums_end = static_cast<std::ptrdiff_t>(all.size());
+  all.resize(all.size() + impulse_.size(), 0.0);
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  add_impulses(kAll, 1.0, std::span{all}.last(impulse_.size()));
+  note_contacts(kAll);
   const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
-  std::copy(all.begin() + own, all.end(), sums.begin());
+  std::copy(all.begin() + own, all.begin() + sums_end, sums.begin());
+  std::transform(all.begin() + sums_end, all.end(), impulse_.begin(), impulse_.begin(), std::plus{});
   counts_.impacts += static_cast<PetscInt>(all[0]);
   counts_.rests += static_cast<PetscInt>(all[1]);
   counts_.releases += static_cast<PetscInt>(all[2]);
@@ -232,9 +299,12 @@ void ContactState::commit(double time, std::span<double> sums) {
     counts_.last_contact_time = time;
   }
   if (gives_way_) {
-    std::array<double, 2> extremes{-touched_from_, touched_until_};
+    std::array<double, 2> extremes{-kAll, -kAll};
+    for (const Touch& touch : touches_) {
+      extremes = {std::max(extremes[0], -touch.from), std::max(extremes[1], touch.until)};
+    }
     MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, beam_->comm());
-    if (extremes[1] > -kNever) {
+    if (extremes[1] > -kAll) {
       const double first = counts_.first_contact_time;
       counts_.first_contact_time = first < 0.0 ? -extremes[0] : std::min(first, -extremes[0]);
       counts_.last_contact_time = std::max(counts_.last_contact_time, extremes[1]);
@@ -244,12 +314,6 @@ void ContactState::commit(double time, std::span<double> sums) {
     counts_.first_contact_time = counts_.first_contact_time < 0.0 ? held_from_ : counts_.first_contact_time;
     counts_.last_contact_time = held_until_;
   }
-}
-
-std::vector<double> ContactState::support_impulses() const {
-  std::vector<double> sums = impulse_;
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
-  return sums;
 }
 
 LineGap ContactState::smallest_line_gap() const {
@@ -265,17 +329,13 @@ LineGap ContactState::smallest_line_gap() const {
 }
 
 void ContactState::restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
-                           std::span<const double> impulses) {
+                           std::span<const double> impulses, std::span<const double> last_contact) {
   resting_.assign(resting.begin(), resting.end());
   count_resting();
   counts_ = counts;
   line_gap_ = gap;
-  int rank = 0;
-  MPI_Comm_rank(beam_->comm(), &rank);
-  impulse_.assign(supports_.size(), 0.0);  // local shares: all on the first rank
-  if (rank == 0) {
-    impulse_.assign(impulses.begin(), impulses.end());
-  }
+  impulse_.assign(impulses.begin(), impulses.end());
+  std::copy_n(last_contact.begin(), last_contact_.size(), last_contact_.begin());
   begin_step();
 }
 

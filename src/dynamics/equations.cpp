@@ -43,6 +43,8 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
     return;
   }
   line_->solve(displacement_, loads_->force(time, work_), state.stretch, state.moment);
+  const auto amplitude = line_->amplitudes();
+  state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_ != nullptr) {
     line_contact_->apply(mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
@@ -53,17 +55,24 @@ void Equations::evaluate_rate(double time, std::span<const double> mass_velocity
   line_->solve(mass_velocity, loads_->rate(time, work_), stretch_rate, {});
 }
 
+std::vector<double> Equations::line_stretch(const LineState& state) const {
+  std::vector<double> stretch = state.stretch;
+  line_->line_stretch(state.amplitude, stretch);
+  return stretch;
+}
+
 EnergyLedger Equations::energy(const LineState& state, std::span<const double> mass_position,
                                std::span<const double> mass_velocity) {
   const double wf2 = line_->filter_frequency() * line_->filter_frequency();
   const std::span<const double> mass = line_->mass();
   const std::span<const double> force = loads_->force(state.time, work_);
+  const std::vector<double> stretch = line_stretch(state);
   std::array<double, 4> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
-    sums[2] += 0.5 * wf2 * mass[i] * state.stretch[i] * state.stretch[i];
-    sums[3] -= force.empty() ? 0.0 : force[i] * (mass_position[i] + state.stretch[i]);
-    displacement_[i] = mass_position[i] - axis_[i] + state.stretch[i];
+    sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
+    sums[3] -= force.empty() ? 0.0 : force[i] * (mass_position[i] + stretch[i]);
+    displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());

@@ -46,7 +46,11 @@ std::vector<double> bessel(double z, std::size_t pairs) {
 
 }  // namespace
 
-FreeMotion::FreeMotion(FilteredLine& line) : line_{&line}, count_{line.mass().size()} {}
+FreeMotion::FreeMotion(FilteredLine& line)
+    : line_{&line},
+      bound_{line.frequency_bound()},
+      gain_{line.filter_frequency() * line.filter_frequency() / (bound_ * bound_)},
+      count_{line.mass().size()} {}
 
 double FreeMotion::reach(std::size_t terms, double tolerance) const {
   // cos(t sqrt(A)) = J_0 + 2 sum (-1)^k J_2k(wf t) T_k; the others are integrals of it over time, whose tails are
@@ -58,13 +62,13 @@ double FreeMotion::reach(std::size_t terms, double tolerance) const {
     const double middle = 0.5 * (low + high);
     (4.0 * std::abs(std::cyl_bessel_j(order, middle)) > tolerance ? high : low) = middle;
   }
-  return low / line_->filter_frequency();
+  return low / bound_;
 }
 
 FreeMotion::Weights FreeMotion::weights(int derivative, double time) const {
   // The coefficient of T_k in the n-fold integral of cos(t sqrt(A)) is (2 - delta_k0) (-1)^k wf^-n times the n-fold
   // integral of J_2k, by  integral of J_m = 2 (J_(m+1) + J_(m+3) + ...).
-  const double wf = line_->filter_frequency();
+  const double wf = bound_;
   const double z = wf * time;
   const std::size_t pairs = terms_ + 30 + static_cast<std::size_t>(0.5 * z);
   const std::vector<double> j = bessel(z, pairs);
@@ -125,6 +129,7 @@ void FreeMotion::start(const Start& start) {
     }
     stretch_[s].resize(count_);
     resting_stretch_[s].clear();
+    amplitudes_[s].clear();
   }
 }
 
@@ -139,16 +144,19 @@ void FreeMotion::extend(std::size_t terms) {
       }
     }
     line_->solve({columns.data(), sequences_});
-    // X p = -p - 2 d(p), then T_(k+1) = 2 X T_k - T_(k-1).
+    // X p = -p - 2 d(p) (times the square of wf over a larger bound), then T_(k+1) = 2 X T_k - T_(k-1).
     for (std::size_t s = 0; s < sequences_; ++s) {
       const double* now = stored_[s][k - 1].data();
       const double* before = stored_[s][k > 1 ? k - 2 : 0].data();
       const double* stretch = stretch_[s].data();
+      const std::span<const double> amplitudes = line_->amplitudes(s);
+      amplitudes_[s].insert(amplitudes_[s].end(), amplitudes.begin(), amplitudes.end());
       double* next = stored_[s][k].data();
       const double factor = k == 1 ? -1.0 : -2.0;
       const double share = k == 1 ? 0.0 : 1.0;
+      const double gain = 2.0 * gain_;
       for (std::size_t i = 0; i < count_; ++i) {
-        next[i] = factor * (now[i] + 2.0 * stretch[i]) - share * before[i];
+        next[i] = factor * (now[i] + gain * stretch[i]) - share * before[i];
       }
       for (const std::size_t i : resting_) {
         next[i] = 0.0;
@@ -184,6 +192,17 @@ void FreeMotion::at(const Weights& weights, std::span<double> values) const {
       }
     }
   }
+}
+
+double FreeMotion::amplitude(const Weights& weights, std::size_t mode) const {
+  const std::size_t modes = line_->corrected_modes().size();
+  double sum = 0.0;
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    for (std::size_t k = 0; k + 1 < terms_; ++k) {
+      sum += weights.values_[s * terms_ + k] * amplitudes_[s][k * modes + mode];
+    }
+  }
+  return sum;
 }
 
 double FreeMotion::stretch(const Weights& weights, std::size_t node) const {

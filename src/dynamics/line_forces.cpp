@@ -209,6 +209,9 @@ void LineForces::write_journal() const {
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
     state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
+    if (force_[i * terms] > 0.0) {
+      state_->touch(contact_->local(i), sweep_->begin, sweep_->begin + sweep_->step);
+    }
     for (std::size_t q = 0; q < kGauss; ++q) {
       double gap = 0.0;
       for (std::size_t j = 0; j < terms; ++j) {

@@ -380,7 +380,8 @@ double LocatedSteps::hit(double event_time, double step_end) {
 double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double theta) const {
   const double place = contact_->resting(node) && plain_ ? start_values_[node] : polynomial(node).position(theta);
   const double lift = run.lift(start_.time + theta * (end_.time - start_.time), start_.time).height;
-  return run.side * (place + stretch(run, node, theta) - run.height(node) - lift);
+  const double line = place + stretch(run, node, theta) - amplitude_offset(node, theta);
+  return run.side * (line - run.height(node) - lift);
 }
 
 StepPolynomial LocatedSteps::stretch_polynomial(std::size_t node) const {
@@ -527,6 +528,9 @@ void LocatedSteps::track_line_contact() {
         point.support,
         point.side * length / 6.0 * (start_.contact_force[i] + 4.0 * halfway.contact_force[i] + end_.contact_force[i]));
     const std::size_t node = contact.local(i);
+    if (std::max({start_.contact_force[i], halfway.contact_force[i], end_.contact_force[i]}) > 0.0) {
+      contact_->touch(node, start_.time, end_.time);
+    }
     contact_->line_at(point.side * (end_values_[node] + end_.stretch[node] - point.height), node, end_.time);
   }
   const auto held = [](const LineState& state) {
@@ -546,8 +550,10 @@ void LocatedSteps::track_contact() {
     const double from = run.lift(start_.time, start_.time).height;
     const double to = run.lift(end_.time, start_.time).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
-      const double first = run.side * (start_values_[node] + start_.stretch[node] - run.height(node) - from);
-      const double last = run.side * (end_values_[node] + end_.stretch[node] - run.height(node) - to);
+      const double first = run.side * (start_values_[node] + start_.stretch[node] - amplitude_offset(node, 0.0) -
+                                       run.height(node) - from);
+      const double last =
+          run.side * (end_values_[node] + end_.stretch[node] - amplitude_offset(node, 1.0) - run.height(node) - to);
       contact_->line_at(last, node, end_.time);
       // The minimum may lie inside the step: look there when the ends are close enough to the smallest gap so far.
       if (length > 0.0 && contact_->smallest(std::min(first, last) - std::abs(last - first))) {
@@ -560,7 +566,7 @@ void LocatedSteps::track_contact() {
         const double mass = equations_->line().mass()[node];
         contact_->press(run.support, mass * all.push);
         if (length > 0.0 && run.elastic() && hold_of(run, node).touch != local::Touch::off) {
-          contact_->touch(start_.time, end_.time);
+          contact_->touch(node, start_.time, end_.time);
         }
       } else if (length > 0.0 && contact_->resting_on(node, run)) {
         const double stretch = 0.5 * length * (start_.stretch[node] + end_.stretch[node]) +
@@ -698,11 +704,50 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
   return integral(motion, theta, length) + pulled / wf2_;
 }
 
-void LocatedSteps::save(MotionState& state) const {
-  state.fields["stretch"] = start_.stretch;
-  if (equations_->line_contact() != nullptr) {
-    state.tables["contact_force"] = start_.contact_force;
+/// In a mode wf^2 times the amplitude is f - w^2 q: the integrals of the loads, linear in a step, and of the masses.
+std::vector<double> LocatedSteps::amplitude_integrals(double until) const {
+  const FilteredLine& line = equations_->line();
+  std::vector<double> integrals(line.corrected_modes().size());
+  if (integrals.empty() || !(until > start_.time)) {
+    return integrals;
   }
+  const double length = end_.time - start_.time;
+  const double elapsed = std::min(until - start_.time, length);
+  std::vector<double> work;
+  std::vector<double> given(count_);  // integral of F
+  for (const double end : {0.0, 1.0}) {
+    const std::span<const double> force = equations_->loads().force(start_.time + end * elapsed, work);
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      given[i] += 0.5 * elapsed * force[i];
+    }
+  }
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double place =
+        contact_->resting(i) && plain_ ? start_values_[i] * elapsed : integral(polynomial(i), elapsed / length, length);
+    const double moved = place - equations_->axis()[i] * elapsed;
+    for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+      const CorrectedMode& of = line.corrected_modes()[mode];
+      integrals[mode] += of.shape[i] * (given[i] - of.frequency * of.frequency * line.mass()[i] * moved) / wf2_;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, integrals.data(), static_cast<int>(integrals.size()), MPI_DOUBLE, MPI_SUM,
+                equations_->beam().comm());
+  return integrals;
+}
+
+/// How much nearer to its mass than the stretch says the line is, in corrected modes: between the ends of a step
+/// linear, which is off by (w h)^2 / 8 of it.
+double LocatedSteps::amplitude_offset(std::size_t node, double theta) const {
+  double offset = 0.0;
+  for (std::size_t mode = 0; mode < start_.amplitude.size(); ++mode) {
+    offset += ((1.0 - theta) * start_.amplitude[mode] + theta * end_.amplitude[mode]) *
+              equations_->line().corrected_modes()[mode].shape[node];
+  }
+  return offset;
+}
+
+void LocatedSteps::save(MotionState& state) const {
+  save_line(start_, state);
   if (!plain_) {
     std::vector<double>& touch = state.fields["touch"];
     touch.assign(count_, 0.0);
@@ -721,11 +766,6 @@ void LocatedSteps::save(MotionState& state) const {
 void LocatedSteps::restore(const MotionState& state) {
   repeated_steps_ = static_cast<PetscInt>(state.scalar("repeated_steps"));
   evaluations_ = static_cast<PetscInt>(state.scalar("rhs_evaluations"));
-  LineState line{
-      .time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}, .contact_force = {}};
-  if (equations_->line_contact() != nullptr) {
-    line.contact_force = state.tables.at("contact_force");
-  }
   const std::vector<double> none;
   const std::vector<double>& touch = plain_ ? none : state.field("touch", count_);
   for (const ContactRun& run : contact_->runs()) {
@@ -735,7 +775,7 @@ void LocatedSteps::restore(const MotionState& state) {
                                                  .fresh = code >= kFresh};
     }
   }
-  start(line);
+  start(saved_line(state, count_));
 }
 
 }  // namespace udar

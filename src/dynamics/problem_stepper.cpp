@@ -46,6 +46,7 @@ void ProblemStepper::set_up(TS stepper) {
   contact_ = problem->contact;
   scale_ = problem->scale;
   wf_ = equations_->line().filter_frequency();
+  highest_ = equations_->line().frequency_bound();
   tolerance_ = step_tolerance(stepper, scale_);
   count_ = equations_->line().mass().size();
   UDAR_CALL(TSGetSolution(stepper, &state_));

@@ -350,14 +350,18 @@ void TouchingMasses::write_journal() {
     void rest(int stop, double tau, double speed) const {
       const double push = -run(stop).side * speed;
       self->contact_->rest(run(stop), node, at(tau), self->energy(node, speed / self->sweep_->step));
-      self->press(run(stop), node, push, push * ground(stop, tau));
+      if (speed != 0.0) {  // the support also took what is left of the rebound
+        const double change = push / self->sweep_->step;
+        self->contact_->press(run(stop).support, self->sweep_->mass[node] * change, at(tau), at(tau));
+        self->contact_->flow({.work = self->sweep_->mass[node] * change * ground(stop, tau) / self->sweep_->step});
+      }
     }
     void release(int stop, double tau) const { self->contact_->release(run(stop), node, at(tau)); }
     void pressed(int stop, double push, double work) const { self->press(run(stop), node, push, work); }
     void damped(double loss) const {
       self->contact_->flow({.damped = self->sweep_->mass[node] * loss / (self->sweep_->step * self->sweep_->step)});
     }
-    void touched(double from, double until) const { self->contact_->touch(at(from), at(until)); }
+    void touched(double from, double until) const { self->contact_->touch(node, at(from), at(until)); }
   };
   for (const auto& [run, node] : pressed_) {
     const double stretch = sweep_->line_rows[0][node] + sweep_->start[node] - run->height(node);  // its mean
@@ -445,7 +449,18 @@ void TouchingMasses::track_line() {
     for (std::size_t first = run.first; first < run.last; first += kBlock) {
       const std::size_t count = std::min(kBlock, run.last - first);
       const double* heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first);
-      block_low_.push_back(lowest_line(sweep_->terms, sweep_->rows(first), count, run.side, heights, line_bernstein_) -
+      Rows rows = sweep_->rows(first);
+      std::vector<double> line;
+      if (!sweep_->corrected.empty()) {
+        line.resize(sweep_->terms * kBlock);
+        for (std::size_t j = 0; j < sweep_->terms; ++j) {
+          rows.line[j] = line.data() + j * kBlock;
+          for (std::size_t i = 0; i < count; ++i) {
+            rows.line[j][i] = sweep_->line(j, first + i);
+          }
+        }
+      }
+      block_low_.push_back(lowest_line(sweep_->terms, rows, count, run.side, heights, line_bernstein_) -
                            run.side * level);
     }
     // The lowest blocks first: after one or two no other can be lower.
@@ -464,7 +479,7 @@ void TouchingMasses::track_line() {
 void TouchingMasses::track_nodes(std::size_t index, std::size_t first, std::size_t last) {
   const ContactRun& run = contact_->runs()[index];
   for (std::size_t node = first; node < last; ++node) {
-    const auto powers = sweep_->line_powers(node);
+    const auto powers = sweep_->powers([&](std::size_t j) { return sweep_->line(j, node); });
     for (int k = 1; k <= 8; ++k) {
       const double tau = 0.125 * k;
       const double line = sweep_->start[node] + local::detail::value(powers.data(), sweep_->terms, tau);

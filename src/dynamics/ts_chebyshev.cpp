@@ -103,6 +103,18 @@ class Chebyshev final : public ProblemStepper {
     const double speed = motion_->at(motion_->weights(1, time), node);
     return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
   }
+  [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
+    std::vector<double> integrals(equations_->line().corrected_modes().size());
+    const double time = stepped_ ? std::clamp(until - begin_, 0.0, length_) : 0.0;
+    if (time > 0.0) {
+      const FreeMotion::Weights sum = motion_->weights(-1, time);
+      for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+        const double steady = amplitude_rate_.empty() ? 0.0 : amplitude_rate_[mode];
+        integrals[mode] = amplitude_[mode] * time + 0.5 * steady * time * time + motion_->amplitude(sum, mode);
+      }
+    }
+    return integrals;
+  }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
     return {{"terms", terms_}, {"steps_to_events", located_}};
@@ -113,10 +125,8 @@ class Chebyshev final : public ProblemStepper {
     constexpr double kStep = 112.0;
     return (kTerm * terms_ + kStep * own_steps_) * static_cast<double>(count_);
   }
-  void save(MotionState& state) const override { state.fields["stretch"] = line_.stretch; }
-  void restore(const MotionState& state) override {
-    start({.time = state.scalar("time"), .stretch = state.field("stretch", count_), .moment = {}, .contact_force = {}});
-  }
+  void save(MotionState& state) const override { save_line(line_, state); }
+  void restore(const MotionState& state) override { start(saved_line(state, count_)); }
 
  private:
   static constexpr double kTolerance = 1e-14;
@@ -155,11 +165,14 @@ class Chebyshev final : public ProblemStepper {
     for (std::size_t i = 0; i < count_; ++i) {
       acceleration_[i] = wf_ * wf_ * line_.stretch[i];
     }
+    amplitude_ = line_.amplitude;
     jerk_.clear();
     if (equations_->loads().time_dependent()) {
       jerk_.resize(count_);
       const std::vector<double> none(count_, 0.0);
       equations_->evaluate_rate(begin_, none, jerk_);
+      const auto rate = equations_->line().amplitudes();
+      amplitude_rate_.assign(rate.begin(), rate.end());
       for (double& value : jerk_) {
         value *= wf_ * wf_;
       }
@@ -283,7 +296,8 @@ class Chebyshev final : public ProblemStepper {
     if (contact_->runs().empty() || to < from) {
       return;
     }
-    const auto intervals = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) * wf_ / kCoarse)));
+    const auto intervals =
+        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) * highest_ / kCoarse)));
     std::vector<Sample> coarse;
     for (std::size_t i = 0; i <= intervals; ++i) {
       coarse.push_back(sample(from + (to - from) * static_cast<double>(i) / static_cast<double>(intervals)));
@@ -416,16 +430,33 @@ class Chebyshev final : public ProblemStepper {
       return;
     }
     const auto intervals =
-        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length_ * wf_ * kFine / kCoarse / 2.0)));
+        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length_ * highest_ * kFine / kCoarse / 2.0)));
     std::vector<Sample> samples;
     for (std::size_t i = 1; i <= intervals; ++i) {
       samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
     }
-    const FreeMotion::Weights sum = motion_->weights(-1, length_);
+    std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
+    for (std::size_t i = 0; i < intervals && contact_->any_resting(); ++i) {
+      sums.push_back(motion_->weights(-1, samples[i].time));
+    }
+    std::vector<double> pressed(intervals);
+    // What corrected modes put into the pull on the masses without the line being there.
+    const auto& corrected = equations_->line().corrected_modes();
+    std::vector<std::vector<double>> amplitudes;
+    for (const Sample& at : samples) {
+      auto& now = amplitudes.emplace_back(amplitude_);
+      for (std::size_t mode = 0; mode < now.size(); ++mode) {
+        now[mode] +=
+            (amplitude_rate_.empty() ? 0.0 : amplitude_rate_[mode] * at.time) + motion_->amplitude(at.weights[0], mode);
+      }
+    }
     for (const ContactRun& run : contact_->runs()) {
+      bool presses = false;
+      std::ranges::fill(pressed, 0.0);
       for (std::size_t node = run.first; node < run.last; ++node) {
         const bool rests = contact_->resting(node);
-        for (const Sample& at : samples) {
+        for (std::size_t s = 0; s < samples.size(); ++s) {
+          const Sample& at = samples[s];
           double line = 0.0;  // above the support
           if (rests) {
             line = run.side * (start_[node] - run.height(node)) -
@@ -434,12 +465,26 @@ class Chebyshev final : public ProblemStepper {
             const Kinematics now = gap(run, node, at);
             line = now.position + now.acceleration / (wf_ * wf_);
           }
+          for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
+            line -= run.side * amplitudes[s][mode] * corrected[mode].shape[node];
+          }
           contact_->line_at(line, node, begin_ + at.time);
         }
         if (contact_->resting_on(node, run)) {
-          contact_->press(run.support,
-                          -wf_ * wf_ * equations_->line().mass()[node] * stretch_integral(node, length_, sum));
+          presses = true;
+          const double stiffness = wf_ * wf_ * equations_->line().mass()[node];
+          double before = 0.0;
+          for (std::size_t i = 0; i < intervals; ++i) {
+            const double stretch = stretch_integral(node, samples[i].time, sums[i]);
+            pressed[i] -= stiffness * (stretch - before);
+            before = stretch;
+          }
         }
+      }
+      // By intervals: a step may be much longer than what a force is averaged over.
+      for (std::size_t i = 0; i < intervals && presses; ++i) {
+        contact_->press(run.support, pressed[i], begin_ + (i > 0 ? samples[i - 1].time : 0.0),
+                        begin_ + samples[i].time);
       }
     }
   }
@@ -451,6 +496,8 @@ class Chebyshev final : public ProblemStepper {
   LineState line_before_;
   std::vector<double> acceleration_;
   std::vector<double> jerk_;
+  std::vector<double> amplitude_;       // of the stretch in corrected modes at the start of the step at hand
+  std::vector<double> amplitude_rate_;  // what changing loads add
   MassState next_;
   std::vector<std::int32_t> resting_before_;
   std::vector<Candidate> candidates_;

@@ -151,6 +151,18 @@ class Impact final : public ProblemStepper {
     }
     return length_ * tau * (start_[node] + sum);
   }
+  [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
+    std::vector<double> integrals(sweep_.corrected.size());
+    const double tau = stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0;
+    for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+      const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.amplitude[mode][j]; });
+      for (std::size_t k = sweep_.terms; k-- > 0;) {
+        integrals[mode] = integrals[mode] * tau + powers[k] / static_cast<double>(k + 1);
+      }
+      integrals[mode] *= length_ * tau;
+    }
+    return integrals;
+  }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
     if (!stepped_) {
@@ -213,13 +225,16 @@ class Impact final : public ProblemStepper {
     sweep_.drag = equations_->damping().mass;
     sweep_.line_damping = equations_->damping().stiffness;
     sweep_.frequency = wf_;
-    longest_ = std::min(most, kLongestAngle / (wf_ + sweep_.drag + sweep_.line_drag()));
+    longest_ = std::min(most, kLongestAngle / (highest_ + sweep_.drag + sweep_.line_drag()));
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
       sweep_.moment_rows[j].assign(count_, 0.0);
       sweep_.line_rows[j].assign(count_, 0.0);
     }
     sweep_.steady[0].assign(count_, 0.0);
     sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
+    sweep_.corrected = equations_->line().corrected_modes();
+    sweep_.amplitude.resize(sweep_.corrected.size());
+    steady_amplitude_.resize(sweep_.corrected.size());
     sweep_.all_free.fill(1.0);
     sweep_.count = count_;
     sweep_.frequency = wf_;
@@ -304,9 +319,17 @@ class Impact final : public ProblemStepper {
     }
     steady_known_ = true;
     const std::vector<double> none(count_, 0.0);
-    equations_->line().solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
+    FilteredLine& line = equations_->line();
+    line.solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
+    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+      steady_amplitude_[mode][0] = line.amplitudes()[mode];
+    }
     if (loads.time_dependent()) {
-      equations_->line().solve(none, loads.rate(begin_, work_), sweep_.steady[1], {});
+      line.solve(none, loads.rate(begin_, work_), sweep_.steady[1], {});
+      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+        steady_amplitude_[mode][1] = 0.5 * step * line.amplitudes()[mode];
+        steady_amplitude_[mode][0] += steady_amplitude_[mode][1];
+      }
       for (std::size_t i = 0; i < count_; ++i) {
         sweep_.steady[1][i] *= 0.5 * step;
         sweep_.steady[0][i] += sweep_.steady[1][i];
@@ -335,6 +358,12 @@ class Impact final : public ProblemStepper {
         columns[j] = {.displacement = sweep_.moment_rows[j].data(), .stretch = sweep_.line_rows[j].data()};
       }
       equations_->line().solve({columns.data(), sweep_.terms});
+      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+        sweep_.amplitude[mode] = steady_amplitude_[mode];
+        for (std::size_t j = 0; j < sweep_.terms; ++j) {
+          sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
+        }
+      }
       if (line_forces_) {
         const petsc::LogScope contact{petsc::log_events().contact};
         line_forces_->apply();
@@ -416,6 +445,7 @@ class Impact final : public ProblemStepper {
   std::optional<TouchingMasses> touching_;
   std::optional<LineForces> line_forces_;
   bool steady_known_ = false;
+  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
   std::vector<double> work_;
   double kink_integral_ = 0.0;
   Tally tally_;

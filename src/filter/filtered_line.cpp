@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "udar/filter/pc_chain.hpp"
 #include "udar/petsc/array.hpp"
@@ -95,8 +96,11 @@ FilteredLine::NodeTerms FilteredLine::node_terms(PetscInt node, double stiffness
   return terms;
 }
 
-FilteredLine::FilteredLine(const BeamChain& beam, FilterParameters parameters)
-    : beam_{&beam}, parameters_{parameters}, wf2_{parameters.filter_frequency * parameters.filter_frequency} {
+FilteredLine::FilteredLine(const BeamChain& beam, const FilterParameters& parameters)
+    : beam_{&beam},
+      parameters_{parameters},
+      wf2_{parameters.filter_frequency * parameters.filter_frequency},
+      frequency_bound_{parameters.filter_frequency} {
   if (!(parameters_.filter_frequency > 0.0) || !std::isfinite(parameters_.filter_frequency)) {
     throw InputError{"option -filter_frequency: " + std::to_string(parameters_.filter_frequency) +
                      " is not allowed, expected a number > 0 [rad/s]"};
@@ -428,6 +432,70 @@ void FilteredLine::solve(std::span<const double> mass_displacement, std::span<co
 
 void FilteredLine::solve(std::span<const chain::Column> columns) {
   const petsc::LogScope scope{petsc::log_events().solve};
+  solve_filtered(columns);
+  if (!corrected_.empty()) {
+    add_correction(columns);
+  }
+}
+
+void FilteredLine::correct(std::vector<CorrectedMode> modes) {
+  corrected_ = std::move(modes);
+  frequency_bound_ = parameters_.filter_frequency;
+  for (const CorrectedMode& mode : corrected_) {
+    frequency_bound_ = std::max(frequency_bound_, mode.frequency);
+  }
+}
+
+/// The filtered line stretches by (f - w^2 q) / (wf^2 + w^2) in a mode; that is to be (f - w^2 q) / wf^2.
+void FilteredLine::add_correction(std::span<const chain::Column> columns) {
+  const std::size_t count = mass_.size();
+  const std::size_t modes = corrected_.size();
+  amplitudes_.assign(columns.size() * modes, 0.0);
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (std::size_t k = 0; k < modes; ++k) {
+      const double* shape = corrected_[k].shape.data();
+      double sum = 0.0;
+      for (std::size_t i = 0; i < count; ++i) {
+        sum += mass_[i] * shape[i] * columns[c].stretch[i];
+      }
+      amplitudes_[c * modes + k] = sum;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, amplitudes_.data(), static_cast<int>(amplitudes_.size()), MPI_DOUBLE, MPI_SUM,
+                beam_->comm());
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (std::size_t k = 0; k < modes; ++k) {
+      const double* shape = corrected_[k].shape.data();
+      const double gain = corrected_[k].frequency * corrected_[k].frequency / wf2_;
+      double& amplitude = amplitudes_[c * modes + k];
+      for (std::size_t i = 0; i < count; ++i) {
+        columns[c].stretch[i] += gain * amplitude * shape[i];
+      }
+      amplitude *= 1.0 + gain;
+    }
+    if (columns[c].moment != nullptr) {
+      // Masses that are displaced by minus the amplitudes put the filtered line where it really is.
+      std::vector<double> displacement(columns[c].displacement, columns[c].displacement + count);
+      std::vector<double> stretch(count);
+      line_stretch(amplitudes(c), displacement);
+      chain::Column column = columns[c];
+      column.displacement = displacement.data();
+      column.stretch = stretch.data();
+      solve_filtered({&column, 1});
+    }
+  }
+}
+
+void FilteredLine::line_stretch(std::span<const double> amplitudes, std::span<double> stretch) const {
+  for (std::size_t k = 0; k < corrected_.size(); ++k) {
+    const double* shape = corrected_[k].shape.data();
+    for (std::size_t i = 0; i < stretch.size(); ++i) {
+      stretch[i] -= amplitudes[k] * shape[i];
+    }
+  }
+}
+
+void FilteredLine::solve_filtered(std::span<const chain::Column> columns) {
   if (chain_ != nullptr) {
     return solve_by_chain(columns);
   }
@@ -639,6 +707,16 @@ double FilteredLine::strain_energy(std::span<const double> line_displacement, st
     }
   }
   return energy;
+}
+
+void FilteredLine::shear(std::span<const double> moment, std::span<double> shear) const {
+  const std::size_t count = moment.size();
+  const double next = beam_->exchange<1>({moment.front()}, {moment.back()}).right[0];
+  for (std::size_t i = 0; i < count; ++i) {
+    const BeamElement& element = line_.elements[i + 1];
+    const double right = i + 1 < count ? moment[i + 1] : next;
+    shear[i] = LineData::present(element) ? (right - moment[i]) / element.length : 0.0;
+  }
 }
 
 }  // namespace udar

@@ -3,7 +3,11 @@
 #include <slepceps.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
 
 #include "udar/petsc/error.hpp"
 
@@ -46,42 +50,146 @@ PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
   PetscFunctionReturn(0);
 }
 
-}  // namespace
+/// What to ask SLEPc for.
+struct Wanted {
+  PetscInt count = 1;
+  EPSWhich end = EPS_SMALLEST_REAL;
+  double tolerance = 1e-10;
+  EPSConv measure = EPS_CONV_REL;  // residual relative to the eigenvalue, or as it is
+};
 
-std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) {
-  // A mode this slow compared with wf is a rigid motion seen through round-off.
-  constexpr double kRigid = 1e-12;
+/// Eigenvalues from the end asked for on, as many as have converged, and with `shapes` their vectors.
+std::vector<double> eigenvalues(FilteredLine& line, const Wanted& wanted, std::vector<std::vector<double>>* shapes) {
   const BeamChain& beam = line.beam();
-  const auto gaps = std::ranges::count_if(beam.parameters().segments, &BeamSegment::is_gap);
-  const PetscInt rigid_modes = 2 * (static_cast<PetscInt>(gaps) + 1);
   FilterOperator context{line};
   petsc::Matrix shell;
   UDAR_CALL(MatCreateShell(beam.comm(), beam.local_nodes(), beam.local_nodes(), beam.nodes(), beam.nodes(), &context,
                            shell.put()));
   UDAR_CALL(MatShellSetOperation(shell, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  petsc::Vector vector;
+  UDAR_CALL(MatCreateVecs(shell, vector.put(), nullptr));
+  // A start that has something of every mode and does not depend on the ranks. Not where the line is held: the mass
+  // there has a motion of its own.
+  double* start = nullptr;
+  UDAR_CALL(VecGetArrayWrite(vector, &start));
+  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+    const auto number = static_cast<double>(node);
+    start[node - beam.begin()] = beam.held(node) ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
+  }
+  UDAR_CALL(VecRestoreArrayWrite(vector, &start));
   EigenSolver solver;
   UDAR_CALL(EPSCreate(beam.comm(), solver.put()));
   UDAR_CALL(EPSSetOptionsPrefix(solver, "filter_"));
   UDAR_CALL(EPSSetOperators(solver, shell, nullptr));
   UDAR_CALL(EPSSetProblemType(solver, EPS_HEP));
-  UDAR_CALL(EPSSetWhichEigenpairs(solver, EPS_SMALLEST_REAL));
-  UDAR_CALL(EPSSetDimensions(solver, std::min(count + rigid_modes, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
-  UDAR_CALL(EPSSetTolerances(solver, 1e-10, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetWhichEigenpairs(solver, wanted.end));
+  UDAR_CALL(EPSSetDimensions(solver, std::min(wanted.count, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetConvergenceTest(solver, wanted.measure));
+  UDAR_CALL(EPSSetTolerances(solver, wanted.tolerance, PETSC_DEFAULT));
+  std::array<Vec, 1> first{vector};
+  UDAR_CALL(EPSSetInitialSpace(solver, 1, first.data()));
   UDAR_CALL(EPSSetFromOptions(solver));
   UDAR_CALL(EPSSolve(solver));
 
   PetscInt converged = 0;
   UDAR_CALL(EPSGetConverged(solver, &converged));
+  std::vector<double> values(static_cast<std::size_t>(converged));
+  for (PetscInt i = 0; i < converged; ++i) {
+    UDAR_CALL(EPSGetEigenpair(solver, i, &values[static_cast<std::size_t>(i)], nullptr,
+                              shapes != nullptr ? static_cast<Vec>(vector) : nullptr, nullptr));
+    if (shapes != nullptr) {
+      const double* entries = nullptr;
+      UDAR_CALL(VecGetArrayRead(vector, &entries));
+      std::vector<double>& shape = shapes->emplace_back(entries, entries + beam.local_nodes());
+      UDAR_CALL(VecRestoreArrayRead(vector, &entries));
+      for (std::size_t node = 0; node < shape.size(); ++node) {
+        const bool held = beam.held(beam.begin() + static_cast<PetscInt>(node));
+        shape[node] = held ? 0.0 : shape[node] / std::sqrt(line.mass()[node]);
+      }
+    }
+  }
+  return values;
+}
+
+std::vector<Mode> modes_of(FilteredLine& line, Wanted wanted, bool with_shapes) {
+  // A mode this slow compared with wf is a rigid motion seen through round-off; a value as close to one is the mass
+  // where the line is held.
+  constexpr double kRigid = 1e-12;
+  const auto gaps = std::ranges::count_if(line.beam().parameters().segments, &BeamSegment::is_gap);
+  const PetscInt count = wanted.count;
+  wanted.count += 2 * (static_cast<PetscInt>(gaps) + 1);  // rigid ones
+  std::vector<std::vector<double>> shapes;
+  const std::vector<double> values = eigenvalues(line, wanted, with_shapes ? &shapes : nullptr);
   const double wf = line.filter_frequency();
   std::vector<Mode> modes;
-  for (PetscInt i = 0; i < converged && static_cast<PetscInt>(modes.size()) < count; ++i) {
-    double share = 0.0;  // w^2 / (wf^2 + w^2)
-    UDAR_CALL(EPSGetEigenvalue(solver, i, &share, nullptr));
-    if (share > kRigid && share < 1.0) {
-      modes.push_back({.frequency = wf * std::sqrt(share / (1.0 - share)), .filtered = wf * std::sqrt(share)});
+  for (std::size_t i = 0; i < values.size() && static_cast<PetscInt>(modes.size()) < count; ++i) {
+    const double share = values[i];  // w^2 / (wf^2 + w^2)
+    if (share > kRigid && share < 1.0 - kRigid) {
+      Mode mode{.frequency = wf * std::sqrt(share / (1.0 - share)), .filtered = wf * std::sqrt(share), .shape = {}};
+      if (with_shapes) {
+        mode.shape = std::move(shapes[i]);
+      }
+      modes.push_back(std::move(mode));
     }
   }
   return modes;
+}
+
+}  // namespace
+
+double filtered_frequency(double frequency, double filter_frequency) {
+  return frequency / std::hypot(1.0, frequency / filter_frequency);
+}
+
+double filter_frequency_for(double frequency, double accuracy) {
+  return frequency * (1.0 - accuracy) / std::sqrt(accuracy * (2.0 - accuracy));
+}
+
+std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) { return modes_of(line, {.count = count}, false); }
+
+std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count) {
+  const double wf = filter.filter_frequency;
+  FilterParameters parameters = filter;
+  parameters.unfiltered = false;
+  // Shares w^2 / (wf^2 + w^2) of the first and the last mode as far from 0 as from 1: wf is their geometric mean.
+  double softest = std::numeric_limits<double>::infinity();
+  for (const BeamSegment& segment : beam.parameters().segments) {
+    if (!segment.is_gap()) {
+      softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
+    }
+  }
+  parameters.filter_frequency = softest * std::pow(std::numbers::pi * 1.5 / beam.length(), 2.0);
+  constexpr int kMostTrials = 8;
+  constexpr double kNear = 2.0;
+  for (int trial = 0; trial < kMostTrials; ++trial) {
+    FilteredLine line{beam, parameters};
+    const std::vector<Mode> rough = modes_of(line, {.count = count, .tolerance = 1e-9, .measure = EPS_CONV_ABS}, false);
+    if (rough.empty()) {
+      break;
+    }
+    const double best = std::sqrt(rough.front().frequency * rough.back().frequency);
+    const double ratio = best / std::exchange(parameters.filter_frequency, best);
+    if (ratio < kNear && ratio > 1.0 / kNear) {
+      break;
+    }
+  }
+  FilteredLine line{beam, parameters};
+  // 1e-13: the line solve is right to 1e-14, and shapes are right to the residual over the distance of the shares,
+  // some 1e-2; frequencies to the square of that.
+  std::vector<Mode> modes = modes_of(line, {.count = count, .tolerance = 1e-13, .measure = EPS_CONV_ABS}, true);
+  for (Mode& mode : modes) {
+    mode.filtered = wf > 0.0 ? filtered_frequency(mode.frequency, wf) : 0.0;
+  }
+  return modes;
+}
+
+double largest_frequency(FilteredLine& line) {
+  const std::vector<double> values =
+      eigenvalues(line, {.count = 1, .end = EPS_LARGEST_REAL, .tolerance = 1e-5}, nullptr);
+  if (values.empty()) {
+    throw SolveError{"the largest frequency did not converge (see -filter_eps_monitor, -filter_eps_max_it)"};
+  }
+  return line.filter_frequency() * std::sqrt(values.front());
 }
 
 double decay_length(const BeamChain& beam, double filter_frequency) {

@@ -89,4 +89,52 @@ std::string rest_rows(std::span<const RestRecord> rows) {
   return text;
 }
 
+std::string contact_header(std::size_t supports) {
+  std::string text = "time,masses,x_min,x_max";
+  if (supports > kSupportColumnsMax) {
+    return text + ",force,impulse\n";
+  }
+  for (std::size_t i = 0; i < supports; ++i) {
+    const std::string number = std::to_string(i);
+    text += ",force_" + number + ",impulse_" + number;
+  }
+  return text + '\n';
+}
+
+std::string contact_rows(std::span<const ContactRow> rows, std::span<const double> force,
+                         std::span<const double> impulse) {
+  std::string text;
+  const std::size_t supports = rows.empty() ? 0 : force.size() / rows.size();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const ContactRow& row = rows[i];
+    append_row(text, row.time, static_cast<PetscInt>(row.masses), row.x_min, row.x_max);
+    text.pop_back();
+    if (supports > kSupportColumnsMax) {
+      append_field(text, row.force);
+      append_field(text, row.impulse);
+    } else {
+      for (std::size_t k = i * supports; k < (i + 1) * supports; ++k) {
+        append_field(text, force[k]);
+        append_field(text, impulse[k]);
+      }
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string envelope_header() { return "node,x,moment_min,moment_max,shear_min,shear_max\n"; }
+
+std::string envelope_rows(std::span<const EnvelopeRow> rows) {
+  std::string text;
+  for (const EnvelopeRow& row : rows) {
+    append_number(text, static_cast<std::int64_t>(row.node));
+    for (const double value : {row.x, row.moment_min, row.moment_max, row.shear_min, row.shear_max}) {
+      append_field(text, value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace udar::io

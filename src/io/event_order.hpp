@@ -11,11 +11,10 @@
 
 namespace udar::io {
 
-/// @brief The records of all ranks in order of time, then node, on rank 0; nothing on the others.
-/// @param[in] records this rank's, those of a node in order of time; `Record` has `time` and `node`
+/// @brief The records of all ranks, one rank's behind the other's, on rank 0; nothing on the others.
 /// @note Collective. Rank 0 holds them all: for some 1e5 of them at most.
 template <class Record>
-[[nodiscard]] std::vector<Record> on_first_rank(MPI_Comm comm, const std::vector<Record>& records) {
+[[nodiscard]] std::vector<Record> gathered(MPI_Comm comm, const std::vector<Record>& records) {
   static_assert(std::is_trivially_copyable_v<Record>);
   int rank = 0;
   int size = 1;
@@ -32,6 +31,14 @@ template <class Record>
   std::vector<Record> all(rank == 0 ? static_cast<std::size_t>(offsets.back() + counts.back()) : 0);
   MPI_Gatherv(records.data(), own, type, all.data(), counts.data(), offsets.data(), type, 0, comm);
   MPI_Type_free(&type);
+  return all;
+}
+
+/// @brief The same in order of time, then node.
+/// @param[in] records this rank's, those of a node in order of time; `Record` has `time` and `node`
+template <class Record>
+[[nodiscard]] std::vector<Record> on_first_rank(MPI_Comm comm, const std::vector<Record>& records) {
+  std::vector<Record> all = gathered(comm, records);
   std::ranges::stable_sort(
       all, [](const Record& a, const Record& b) { return a.time < b.time || (a.time == b.time && a.node < b.node); });
   return all;

@@ -457,12 +457,12 @@ void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize
   agree(ok);
 }
 
-void Hdf5File::append_row(const std::string& name, const NodeRange& nodes, const void* values) {
+void Hdf5File::append_rows(const std::string& name, const NodeRange& nodes, std::size_t rows, const void* values) {
   Growing& data = growing_.at(name);
-  spend(growth(name));
-  extend(data, 1);
-  write_block(data, data.rows, 1, count_of(nodes.begin), count_of(nodes.count()), values);
-  data.rows += 1;
+  spend(growth(name, rows));
+  extend(data, rows);
+  write_block(data, data.rows, rows, count_of(nodes.begin), count_of(nodes.count()), values);
+  data.rows += rows;
 }
 
 void Hdf5File::append_records(const std::string& name, const void* records, std::size_t count) {

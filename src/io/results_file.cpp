@@ -1,5 +1,6 @@
 #include "udar/io/results_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstddef>
@@ -86,6 +87,19 @@ Hdf5Id energy_type() {
                       {"drift", offsetof(EnergyRow, drift), H5T_NATIVE_DOUBLE}});
 }
 
+Hdf5Id contact_type() {
+  return record_type(sizeof(ContactRow), {{"time", offsetof(ContactRow, time), H5T_NATIVE_DOUBLE},
+                                          {"masses", offsetof(ContactRow, masses), H5T_NATIVE_DOUBLE},
+                                          {"x_min", offsetof(ContactRow, x_min), H5T_NATIVE_DOUBLE},
+                                          {"x_max", offsetof(ContactRow, x_max), H5T_NATIVE_DOUBLE},
+                                          {"force", offsetof(ContactRow, force), H5T_NATIVE_DOUBLE},
+                                          {"impulse", offsetof(ContactRow, impulse), H5T_NATIVE_DOUBLE}});
+}
+
+constexpr const char* kContact = "/contact";
+constexpr const char* kForce = "/supports/force";
+constexpr const char* kImpulse = "/supports/impulse";
+
 constexpr std::array kFieldNames{"/fields/time",          "/fields/mass_position", "/fields/mass_velocity",
                                  "/fields/line_position", "/fields/moment",        "/fields/resting"};
 
@@ -132,7 +146,9 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 }  // namespace
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
-    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)}, nodes_{layout.nodes} {
+    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)},
+      nodes_{layout.nodes},
+      supports_{static_cast<PetscInt>(layout.supports.size())} {
   int rank = 0;
   MPI_Comm_rank(layout.comm, &rank);
   first_rank_ = rank == 0;
@@ -194,6 +210,48 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
                        row.total(), row.drift()});
   }
   file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
+  file_->flush();
+}
+
+void ResultsFile::add_contact(double force_window) {
+  file_->add_records(kContact, contact_type());
+  file_->add_group("/supports");
+  file_->add_attribute("/supports", "force_window", force_window);
+  file_->add_rows(kForce, H5T_NATIVE_DOUBLE, supports_);
+  file_->add_attribute(kForce, "units", std::string{"N"});
+  file_->add_rows(kImpulse, H5T_NATIVE_DOUBLE, supports_);
+  file_->add_attribute(kImpulse, "units", std::string{"N s"});
+  file_->flush();
+}
+
+void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<const double> force,
+                                 std::span<const double> impulse) {
+  const std::size_t count = force.size() / static_cast<std::size_t>(supports_);
+  if (count == 0) {
+    return;
+  }
+  file_->reserve(file_->growth(kContact, count) + file_->growth(kForce, count) + file_->growth(kImpulse, count));
+  const NodeRange all{.begin = first_rank_ ? 0 : supports_, .end = supports_, .total = supports_};
+  file_->append_rows(kForce, all, count, force.data());
+  file_->append_rows(kImpulse, all, count, impulse.data());
+  file_->append_records(kContact, rows.data(), first_rank_ ? count : 0);
+  file_->flush();
+}
+
+void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
+                               std::span<const double> shear_min, std::span<const double> shear_max) {
+  const NodeRange elements{.begin = std::min(nodes_.begin, nodes_.total - 1),
+                           .end = std::min(nodes_.end, nodes_.total - 1),
+                           .total = nodes_.total - 1};
+  file_->add_group("/envelope");
+  const auto add = [&](const char* name, const NodeRange& range, std::span<const double> values, const char* unit) {
+    file_->add_node_values(name, range, values.first(static_cast<std::size_t>(range.count())));
+    file_->add_attribute(name, "units", std::string{unit});
+  };
+  add("/envelope/moment_min", nodes_, moment_min, "N m");
+  add("/envelope/moment_max", nodes_, moment_max, "N m");
+  add("/envelope/shear_min", elements, shear_min, "N");
+  add("/envelope/shear_max", elements, shear_max, "N");
   file_->flush();
 }
 

@@ -18,8 +18,9 @@ namespace fs = std::filesystem;
 /// Any of these means that the folder holds a run.
 constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
 /// All a run writes, and the unfinished files a killed run may leave.
-constexpr std::array kOwnFiles{"gauges.csv",       "energy.csv", "impacts.csv",  "rests.csv",  "summary.json",
-                               "summary.json.tmp", "results.h5", "results.xdmf", "restart.h5", "restart.h5.tmp"};
+constexpr std::array kOwnFiles{"gauges.csv",   "energy.csv",   "impacts.csv",  "rests.csv",
+                               "summary.json", "contact.csv",  "envelope.csv", "summary.json.tmp",
+                               "results.h5",   "results.xdmf", "restart.h5",   "restart.h5.tmp"};
 
 std::string reason(int error) { return std::generic_category().message(error); }
 

@@ -1,10 +1,14 @@
 #include "udar/io/run_writers.hpp"
 
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "io/event_order.hpp"
 #include "io/text_file.hpp"
+#include "udar/dynamics/stepper.hpp"
 #include "udar/io/csv.hpp"
 #include "udar/io/results_file.hpp"
 #include "udar/io/xdmf.hpp"
@@ -247,6 +251,158 @@ class EventWriter final : public Observer {
   EventTable<RestRecord> rests_;
 };
 
+/// contact.csv, /contact and /supports.
+class ContactWriter final : public Observer {
+ public:
+  ContactWriter(const RunLayout& layout, const std::string& path, std::shared_ptr<ResultsFile> results, double interval,
+                SupportForces& forces)
+      : comm_{layout.comm},
+        results_{std::move(results)},
+        interval_{interval},
+        forces_{&forces},
+        file_{layout.comm, path} {
+    file_.append(contact_header(forces_->supports()));
+    results_->add_contact(forces_->window());
+  }
+
+  [[nodiscard]] double interval() const override { return interval_; }
+
+  void snapshot(const Snapshot& state) override {
+    const std::vector<double> force = forces_->add(state.time, state.support_impulse);
+    force_.insert(force_.end(), force.begin(), force.end());
+    impulse_.insert(impulse_.end(), state.support_impulse.begin(), state.support_impulse.end());
+    rows_.push_back({.time = state.time,
+                     .force = std::reduce(force.begin(), force.end()),
+                     .impulse = std::reduce(state.support_impulse.begin(), state.support_impulse.end())});
+    masses_.push_back(static_cast<double>(state.zone.masses));
+    edges_.insert(edges_.end(), {-state.zone.x_min, state.zone.x_max});
+    if (schedule_.due()) {
+      write();
+    }
+  }
+
+  void save(MotionState& state) const override { forces_->save(state); }
+  void restore(const MotionState& state) override { forces_->restore(state); }
+
+  void finish() override {
+    write();
+    file_.sync();
+  }
+
+ private:
+  void write() {
+    int rank = 0;
+    MPI_Comm_rank(comm_, &rank);
+    std::vector<double> masses(masses_.size());
+    std::vector<double> edges(edges_.size());
+    MPI_Reduce(masses_.data(), masses.data(), static_cast<int>(masses.size()), MPI_DOUBLE, MPI_SUM, 0, comm_);
+    MPI_Reduce(edges_.data(), edges.data(), static_cast<int>(edges.size()), MPI_DOUBLE, MPI_MAX, 0, comm_);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+      rows_[i].masses = masses[i];
+      rows_[i].x_min = masses[i] > 0.0 ? -edges[2 * i] : kNowhere;
+      rows_[i].x_max = masses[i] > 0.0 ? edges[2 * i + 1] : kNowhere;
+    }
+    file_.append(rank == 0 ? contact_rows(rows_, force_, impulse_) : "");
+    results_->append_contact(rows_, force_, impulse_);
+    rows_.clear();
+    force_.clear();
+    impulse_.clear();
+    masses_.clear();
+    edges_.clear();
+  }
+
+  MPI_Comm comm_;
+  std::shared_ptr<ResultsFile> results_;
+  double interval_;
+  SupportForces* forces_;
+  TextFile file_;
+  Schedule schedule_;
+  std::vector<ContactRow> rows_;  ///< that wait
+  std::vector<double> force_;     ///< of these rows, one for each support [N]
+  std::vector<double> impulse_;   ///< [N s]
+  std::vector<double> masses_;    ///< this rank's
+  std::vector<double> edges_;     ///< -x_min, x_max of this rank's [m]
+};
+
+/// envelope.csv and /envelope: the extremes of all snapshots, kept by the rank that has the node.
+class EnvelopeWriter final : public Observer {
+ public:
+  EnvelopeWriter(const RunLayout& layout, std::string path, std::shared_ptr<ResultsFile> results, double interval)
+      : comm_{layout.comm},
+        nodes_{layout.nodes},
+        x_{layout.x},
+        path_{std::move(path)},
+        results_{std::move(results)},
+        interval_{interval} {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      extremes_[i].assign(x_.size(), i % 2 == 0 ? kNone : -kNone);
+    }
+  }
+
+  [[nodiscard]] double interval() const override { return interval_; }
+
+  void snapshot(const Snapshot& state) override {
+    widen(state.moment, extremes_[0], extremes_[1]);
+    widen(state.shear, extremes_[2], extremes_[3]);
+  }
+
+  void save(MotionState& state) const override {
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      state.fields[kNames[i]] = extremes_[i];
+    }
+  }
+  void restore(const MotionState& state) override {
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      extremes_[i] = state.field(kNames[i], x_.size());
+    }
+  }
+
+  void finish() override {
+    const auto& [moment_min, moment_max, shear_min, shear_max] = extremes_;
+    results_->add_envelope(moment_min, moment_max, shear_min, shear_max);
+    if (nodes_.total > kTextNodesMax) {
+      return;
+    }
+    std::vector<EnvelopeRow> rows;
+    rows.reserve(x_.size());
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const PetscInt node = nodes_.begin + static_cast<PetscInt>(i);
+      const bool element = node + 1 < nodes_.total;
+      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+      rows.push_back({.node = node,
+                      .x = x_[i],
+                      .moment_min = moment_min[i],
+                      .moment_max = moment_max[i],
+                      .shear_min = element ? shear_min[i] : kNone,
+                      .shear_max = element ? shear_max[i] : kNone});
+    }
+    TextFile file{comm_, path_};
+    file.append(envelope_header() + envelope_rows(gathered(comm_, rows)));
+    file.sync();
+  }
+
+ private:
+  static constexpr PetscInt kTextNodesMax = 100'000;
+  static constexpr std::array kNames{"moment_min", "moment_max", "shear_min", "shear_max"};
+
+  static void widen(std::span<const double> values, std::vector<double>& least, std::vector<double>& most) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      least[i] = std::min(least[i], values[i]);
+      most[i] = std::max(most[i], values[i]);
+    }
+  }
+
+  MPI_Comm comm_;
+  NodeRange nodes_;
+  std::vector<double> x_;
+  std::string path_;
+  std::shared_ptr<ResultsFile> results_;
+  double interval_;
+  std::array<std::vector<double>, kNames.size()> extremes_;  ///< per node, or per element right of it
+};
+
 /// /fields and results.xdmf; the last of the observers, which closes results.h5.
 class FieldWriter final : public Observer {
  public:
@@ -276,13 +432,17 @@ class FieldWriter final : public Observer {
 }  // namespace
 
 std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout, const std::string& directory,
-                                                        double interval, double field_interval) {
+                                                        double interval, double field_interval, SupportForces* forces) {
   const std::string folder = directory + "/";
   auto results = std::make_shared<ResultsFile>(layout, folder + "results.h5");
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval));
   writers.push_back(std::make_unique<EnergyWriter>(layout, folder + "energy.csv", results, interval));
   writers.push_back(std::make_unique<EventWriter>(layout, folder, results, interval));
+  if (forces != nullptr && forces->supports() > 0) {
+    writers.push_back(std::make_unique<ContactWriter>(layout, folder + "contact.csv", results, interval, *forces));
+  }
+  writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval));
   writers.push_back(std::make_unique<FieldWriter>(layout, folder + "results.xdmf", results, field_interval));
   return writers;
 }

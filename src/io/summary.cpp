@@ -40,6 +40,8 @@ std::string as_json(const Summary& summary) {
   json["min_line_gap_x"] = number_or_null(summary.min_line_gap_x);
   json["min_line_gap_time"] = number_or_null(summary.min_line_gap_time);
   json["support_impulse"] = summary.support_impulse;
+  json["force_window"] = number_or_null(summary.force_window);
+  json["peak_support_force"] = summary.peak_support_force;
   json["energy_drift"] = summary.energy_drift;
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;

@@ -87,7 +87,8 @@ std::string Range::text() const {
   const bool below = lowest > -std::numeric_limits<double>::max();
   const bool above = highest < std::numeric_limits<double>::max();
   if (below && above) {
-    return "from " + number(lowest) + " to " + number(highest);
+    return lowest_excluded ? "> " + number(lowest) + " and <= " + number(highest)
+                           : "from " + number(lowest) + " to " + number(highest);
   }
   if (below) {
     return (lowest_excluded ? "> " : ">= ") + number(lowest) + (infinity_allowed ? " or inf" : "");

@@ -1,6 +1,8 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "udar/petsc/error.hpp"
 
@@ -35,7 +37,9 @@ Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>
 }
 
 Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, double time) {
-  const auto after = std::ranges::upper_bound(load.time, time);
+  // Steps end at kinks but for the last bits: what follows one must not take the slope before it.
+  constexpr double kInstant = 8.0 * std::numeric_limits<double>::epsilon();
+  const auto after = std::ranges::upper_bound(load.time, time + kInstant * std::abs(time));
   if (after == load.time.begin()) {
     return {.force = load.force.front(), .rate = 0.0};
   }

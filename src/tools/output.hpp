@@ -85,7 +85,9 @@ inline void output(const BeamChain& beam, const std::string& directory, long rep
                              .line_position = field,
                              .moment = field,
                              .resting = resting,
-                             .energy = {}});
+                             .energy = {},
+                             .shear = {},
+                             .support_impulse = {}});
     }};
     Timed one{.body = [&] {
       if (plain) {

@@ -23,6 +23,7 @@
 #include "quad_line.hpp"
 #include "timing.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/filter_choice.hpp"
 #include "udar/app/run.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
@@ -328,6 +329,12 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& 
   }
 }
 
+void refuse_correction(const app::FilterInput& filter) {
+  if (filter.correct_lowest > 0 || !filter.correct.empty()) {
+    throw InputError{"options -filter_correct_modes and -filter_correct_mode are not for measurements"};
+  }
+}
+
 int run_bench(MPI_Comm comm) {
   PetscBool frequency_given = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &frequency_given));
@@ -381,8 +388,10 @@ int run_bench(MPI_Comm comm) {
     return 0;
   }
   if (kind == Kind::batch) {
-    const app::Case input = app::read_case(comm);
+    app::Case input = app::read_case(comm);
     if (!petsc::Session::help_requested()) {
+      refuse_correction(input.filter);
+      app::choose_frequency(comm, input.beam, input.filter);
       petsc::check_unknown_options(comm);
       bench::batch(comm, input, beams, ranks_per_beam);
     }
@@ -390,10 +399,12 @@ int run_bench(MPI_Comm comm) {
   }
   Formulation formulation = Formulation::mixed;
   BeamParameters beam = app::read_beam(comm, formulation);
-  const FilterParameters filter = app::read_filter(comm, formulation);
+  app::FilterInput filter = app::read_filter(comm, formulation);
   if (petsc::Session::help_requested()) {
     return 0;
   }
+  refuse_correction(filter);
+  app::choose_frequency(comm, beam, filter);
   if (beam.segments.size() > 1 && (kind != Kind::solve || decades > 0.0)) {
     throw InputError{"option -beam_length: the tables and -bench_mass_decades are for one segment"};
   }

@@ -75,6 +75,41 @@ REFUSED = {
     "missing_filter_frequency": ({"filter_frequency": None}, ["-filter_frequency", "[rad/s]"]),
     "filter_frequency_is_a_word": ({"filter_frequency": "abc"}, ["-filter_frequency", "abc", "[rad/s]"]),
     "filter_frequency_with_unit": ({"filter_frequency": "100Hz"}, ["-filter_frequency", "100Hz", "[rad/s]"]),
+    "filter_frequency_is_almost_auto": ({"filter_frequency": "automatic"}, ["-filter_frequency", "automatic", "auto"]),
+    "modes_and_band": (
+        {"filter_frequency": "auto", "filter_modes": 2, "filter_band": 100},
+        ["-filter_modes", "-filter_band", "exclude"],
+    ),
+    "accuracy_zero": (
+        {"filter_frequency": "auto", "filter_accuracy": 0},
+        ["-filter_accuracy", "0 ", "> 0 and <= 0.5"],
+    ),
+    "accuracy_one": ({"filter_frequency": "auto", "filter_accuracy": 1}, ["-filter_accuracy", "1", "<= 0.5"]),
+    "accuracy_without_auto": ({"filter_accuracy": 0.01}, ["-filter_accuracy", "-filter_frequency auto"]),
+    "band_without_auto": ({"filter_band": 50}, ["-filter_band", "-filter_frequency auto"]),
+    "no_modes": ({"filter_frequency": "auto", "filter_modes": 0}, ["-filter_modes", "0", ">= 1"]),
+    "more_modes_than_the_beam_has": (
+        {"filter_frequency": "auto", "filter_modes": 20},
+        ["-filter_modes", "20", "at most 19"],
+    ),
+    "corrects_more_modes_than_the_beam_has": (
+        {"filter_correct_modes": 20},
+        ["-filter_correct_modes", "20", "at most 19"],
+    ),
+    "corrects_a_mode_beyond_the_last": ({"filter_correct_mode": "1,21"}, ["-filter_correct_mode:", "21", "at most 19"]),
+    "corrects_mode_zero": ({"filter_correct_mode": 0}, ["-filter_correct_mode", "0", ">= 1"]),
+    "corrects_one_of_two_equal_modes": (
+        {"beam_length": "10,10", "beam_gap": 1, "filter_correct_mode": 1, "support_position": None},
+        ["-filter_correct_mode", "1", "2", "same frequency", "both or none"],
+    ),
+    "corrects_under_line_contact": (
+        {"filter_correct_modes": 1, "contact_surface": "line"},
+        ["-filter_correct_modes", "-contact_surface line"],
+    ),
+    "corrects_without_filter": (
+        {"filter_correct_modes": 1, "filter_frequency": "none", "ts_dt": 1e-3},
+        ["-filter_correct_modes", "-filter_frequency none"],
+    ),
     "gauge_off_the_beam": ({"gauge_position": "5,12"}, ["-gauge_position", "12", "10", "[m]"]),
     "support_off_the_beam": ({"support_position": "2,-1"}, ["-support_position", "-1", "10", "[m]"]),
     "load_off_the_beam": ({"load_position": 11, "load_table": "table.csv"}, ["-load_position", "11", "10", "[m]"]),
@@ -166,6 +201,10 @@ REFUSED = {
     "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml"]),
     "unknown_key_in_yaml": ({"options_file": "unknown.yaml"}, ["-beam_lenght", "-beam_length"]),
     "wrong_value_in_yaml": ({"options_file": "wrong.yaml", "beam_density": None}, ["-beam_density", "-1", "[kg/m^3]"]),
+    "force_window_below_half_a_filter_period": (
+        {"output_force_window": 0.03},
+        ["-output_force_window", "0.03", ">= pi / -filter_frequency = 0.0314159", "[s]"],
+    ),
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),

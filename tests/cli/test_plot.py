@@ -11,7 +11,7 @@ import matplotlib.image
 import numpy as np
 
 TOOL = os.environ.get("UDAR_PLOT") or str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "udar-plot.py")
-ONE_RUN = ("gauges", "energy", "contacts", "deflection", "impulses")
+ONE_RUN = ("gauges", "energy", "contacts", "deflection", "impulses", "forces", "envelope")
 SEVERAL_RUNS = ("gauges", "energy", "contacts")
 GRAVITY, DROP, LENGTH, MASS = 9.81, 1.0, 10.0, 2466.15
 IMPACT = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("velocity_before", "f8"),
@@ -91,6 +91,20 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
     write_csv(folder / "impacts.csv", [name for name, _ in IMPACT], impacts)
     write_csv(folder / "rests.csv", ["time", "node", "x", "support", "event"],
               [(*row[:4], "release" if row[4] else "rest") for row in rests])
+    if touching:
+        row_time = time[::5]
+        given = np.array([[sum(hit[6] for hit in impacts if hit[3] == k and hit[0] < at)
+                           for k in range(1 + max(number for _, number in touching))] for at in row_time]) \
+            if nodes < 1000 else np.zeros((len(row_time), 1))
+        force = np.diff(given, axis=0, prepend=0.0) / 0.01
+        hit_since = np.array([any(before <= at < now for at, _ in hits)
+                              for before, now in zip(np.append(-1.0, row_time), row_time)])
+        edges = x[[min(node for node, _ in touching), max(node for node, _ in touching)]]
+        zone = np.where(hit_since[:, None], [len(touching), *edges], [0.0, np.nan, np.nan])
+        both = np.stack([force, given], axis=2).reshape(len(row_time), -1)
+        names = [f"{name}_{k}" for k in range(given.shape[1]) for name in ("force", "impulse")]
+        write_csv(folder / "contact.csv", ["time", "masses", "x_min", "x_max", *names],
+                  np.column_stack([row_time, zone, both]))
     if finished:
         (folder / "summary.json").write_text('{"impacts": %d}\n' % len(impacts), encoding="utf-8")
     field_time = np.arange(0.0, end + 1e-9, field_step)
@@ -110,6 +124,10 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
         file["fields/line_position"] = shown + np.interp(field_time, time, swing)[:, None] * shape
         for name, kind in (("mass_velocity", "f8"), ("moment", "f8"), ("resting", "u1")):
             file.create_dataset(f"fields/{name}", shape=(len(field_time), nodes), dtype=kind, chunks=(1, nodes))
+        if finished:
+            moment = 2e4 * np.sin(np.pi * x / LENGTH)
+            for name, values in (("moment", moment), ("shear", np.diff(moment) / np.diff(x))):
+                file[f"envelope/{name}_min"], file[f"envelope/{name}_max"] = values - 1e4, values
         file["impacts"] = np.array(impacts, dtype=IMPACT)
         file["rests"] = np.array(rests, dtype=REST)
         file["energy"] = np.array([tuple(row) for row in energy], dtype=[(name, "f8") for name in ENERGY])
@@ -158,7 +176,7 @@ class PlotTest(unittest.TestCase):
 
 
 class OneRun(PlotTest):
-    def test_draws_five_pictures_in_both_formats_into_the_run_folder(self):
+    def test_draws_all_pictures_in_both_formats_into_the_run_folder(self):
         run = write_run(self.here / "run")
         files, noted = self.draw(run)
         self.assertEqual(set(files), {f"{name}.{kind}" for name in ONE_RUN for kind in ("png", "svg")})
@@ -168,7 +186,9 @@ class OneRun(PlotTest):
                   "energy": ("time [s]", "energy [kJ]", "|drift| [-]", "fictitious springs"),
                   "contacts": ("time [s]", "x along the beam [m]", "impulse of the impact [N s]"),
                   "deflection": ("x along the beam [m]", "y [m]", "ms", "contact, t = 0.4515 s"),
-                  "impulses": ("time [s]", "sum of impulses [N s]", "support 1, x = 8 m")}
+                  "impulses": ("time [s]", "sum of impulses [N s]", "support 1, x = 8 m"),
+                  "forces": ("time [s]", "mean force, up [kN]", "contact zone, x [m]", "support 1, x = 8 m"),
+                  "envelope": ("x along the beam [m]", "bending moment [kN m]", "shear force [kN]")}
         for name, texts in labels.items():
             self.picture(files[f"{name}.png"])
             svg = files[f"{name}.svg"].read_text(encoding="utf-8")
@@ -221,7 +241,7 @@ class OneRun(PlotTest):
 
     def test_without_supports(self):
         files, noted = self.draw(write_run(self.here / "run", supports=(), gravity=0.0), "--format", "png")
-        self.assertEqual(set(files), {"gauges.png", "energy.png", "deflection.png"})
+        self.assertEqual(set(files), {"gauges.png", "energy.png", "deflection.png", "envelope.png"})
         self.assertIn("no supports", noted)
 
     def test_without_gauges(self):
@@ -287,7 +307,7 @@ class UnfinishedRun(PlotTest):
 
     def test_nothing_but_headers_yet(self):
         run = write_run(self.here / "run", finished=False)
-        for name in ("gauges", "energy", "impacts", "rests"):
+        for name in ("gauges", "energy", "impacts", "rests", "contact"):
             path = run / f"{name}.csv"
             path.write_text(path.read_text(encoding="utf-8").splitlines()[0] + "\n", encoding="utf-8")
         with h5py.File(run / "results.h5", "a") as file:
@@ -295,8 +315,9 @@ class UnfinishedRun(PlotTest):
                 width = file[f"fields/{name}"].shape[1:]
                 del file[f"fields/{name}"]
                 file[f"fields/{name}"] = np.empty((0, *width))
-        files, _ = self.draw(run)
-        self.assertEqual(len(files), 2 * len(ONE_RUN))
+        files, noted = self.draw(run)
+        self.assertEqual(len(files), 2 * len(ONE_RUN) - 2)
+        self.assertIn("no envelopes, which are written when a run ends", noted)
         self.draw(run, run, "--output", self.here / "both")
 
 

@@ -3,6 +3,7 @@
 
 import json
 import pathlib
+import re
 import shutil
 import signal
 import tempfile
@@ -21,7 +22,7 @@ LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
 
 SUMMARY_KEYS = """
     elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves impacts rests releases first_contact_time
-    last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse energy_drift wall_seconds
+    last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse force_window peak_support_force energy_drift wall_seconds
     wall_seconds_mean own_seconds communication peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_impacts,lost_in_dampers,total,drift"
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
@@ -35,7 +36,7 @@ HELP_OPTIONS = """
     beam_right_end beam_formulation gravity initial_height initial_slope initial_velocity initial_angular_velocity
     initial_shape filter_frequency support_position support_width support_height support_side contact_restitution
     contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
-    output_field_interval output_overwrite restart_file restart_interval udar_view ts_max_time ts_rtol ts_type
+    output_field_interval output_force_window output_overwrite restart_file restart_interval udar_view ts_max_time ts_rtol ts_type
     ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
 
@@ -281,6 +282,62 @@ class Balance(UdarTest):
         np.testing.assert_allclose(result.csv("gauges.csv")["mass_0"][-1], 0, atol=1e-12)
 
 
+class Forces(UdarTest):
+    def test_envelope_of_a_pinned_beam_at_rest(self):
+        """Under its weight, lumped at the nodes: w L^2 / 8 in the middle, (w L - w h) / 2 in the first element."""
+        elements, length = 20, 10.0
+        w, h, bending = STEEL_MASS * GRAVITY / length, length / elements, 2.1e11 * np.pi * 0.1**4 / 4
+        x = np.linspace(0, length, elements + 1)
+        moment = w * x * (length - x) / 2
+        # The three-moment equation at each inner node, the ends held, gives the line where nothing moves.
+        slopes = h / (6 * bending) * (moment[:-2] + 4 * moment[1:-1] + moment[2:])
+        rises = (np.diag(np.full(elements - 1, -2.0)) + np.eye(elements - 1, k=1) + np.eye(elements - 1, k=-1)) / h
+        sag = np.concatenate([[0], np.linalg.solve(rises, slopes), [0]])
+        shape = self.scratch / "shape.csv"
+        shape.write_text("x,offset\n" + "".join(f"{a:.17g},{b:.17g}\n" for a, b in zip(x, sag)))
+        pinned = {"beam_left_end": "pinned", "beam_right_end": "pinned", "support_position": None}
+        start = {"initial_height": 0, "initial_shape": shape, "ts_max_time": 0.2, "gauge_position": "5"}
+        for ranks in (0, 2, 3):
+            with self.subTest(ranks=ranks):
+                run = self.run_case(case(**pinned, **start), ranks, name=f"pinned{ranks}")
+                envelope = run.csv("envelope.csv")
+                shear = np.append(np.diff(moment) / h, np.nan)
+                for side in ("min", "max"):
+                    # Round-off of the sag, 1e-16 of 0.02 m, times 4 EI / h^2 is 1e-9 of the moment.
+                    np.testing.assert_allclose(envelope[f"moment_{side}"], moment, rtol=0, atol=1e-8 * moment.max())
+                    np.testing.assert_allclose(envelope[f"shear_{side}"], shear, rtol=0, atol=1e-8 * w * length)
+                self.assertAlmostEqual(envelope["moment_max"][10], w * length**2 / 8, delta=1e-8 * w * length**2)
+                self.assertAlmostEqual(envelope["shear_max"][0], (w * length - w * h) / 2, delta=1e-8 * w * length)
+                with h5py.File(run.file("results.h5")) as file:
+                    np.testing.assert_array_equal(file["envelope/moment_max"][()], envelope["moment_max"])
+                    np.testing.assert_array_equal(file["envelope/shear_min"][()], envelope["shear_min"][:-1])
+                    self.assertEqual(as_text(file["envelope/shear_min"].attrs["units"]), "N")
+                self.assertFalse(run.file("contact.csv").exists(), "there are no supports")
+
+    def test_floor_carries_the_weight_and_the_window_is_stated(self):
+        """Flat on the floor with e = 0: the blow in one window, then the weight."""
+        floor = {"support_position": None, "floor": True, "contact_restitution": 0, "initial_height": 0.1}
+        run = self.run_case(case(**floor, output_interval=0.01, output_force_window=0.045, ts_max_time=0.5))
+        window, rows = run.summary()["force_window"], run.csv("contact.csv")
+        self.assertAlmostEqual(window, 0.05, delta=1e-15)
+        weight, fall = STEEL_MASS * GRAVITY, np.sqrt(0.2 / GRAVITY)
+        given = np.where(rows["time"] > fall, weight * rows["time"], 0)
+        np.testing.assert_allclose(rows["impulse_0"], given, rtol=0, atol=1e-8 * weight)
+        settled = rows["time"] > fall + window
+        self.assertGreater(np.count_nonzero(settled), 20)
+        np.testing.assert_allclose(rows["force_0"][settled], weight, rtol=1e-6)
+        # In the first row after the blow: all that the fall had gathered, and the weight since.
+        first = np.argmax(rows["time"] > fall)
+        peak = given[first:].max() and weight * rows["time"][first + 4] / window
+        self.assertAlmostEqual(run.summary()["peak_support_force"][0], peak, delta=1e-6 * peak)
+        np.testing.assert_array_equal(rows["masses"], np.where(rows["time"] > fall, 21, 0))
+        np.testing.assert_array_equal(rows["x_max"][first:], 10)
+        with h5py.File(run.file("results.h5")) as file:
+            self.assertEqual(file["supports"].attrs["force_window"], window)
+            np.testing.assert_array_equal(file["supports/impulse"][:, 0], rows["impulse_0"])
+            np.testing.assert_array_equal(file["contact"]["time"], rows["time"])
+
+
 class LineSupports(UdarTest):
     """A beam that hangs between supports of its line and swings about its sag."""
 
@@ -320,6 +377,39 @@ class Printing(UdarTest):
                 self.assertIn(word, (result.out + result.err).lower(), f"-udar_view{result}")
         decay = (4 * 2.1e11 * np.pi * 0.1**4 / 4 / (7850 * np.pi * 0.1**2 * 50**2)) ** 0.25
         self.assertIn(f"{decay:.2g}", result.out + result.err, "decay length of the line [m]")
+
+    def test_automatic_filter_frequency(self):
+        outputs = []
+        for ranks in (1, 2, 3):
+            options = case(filter_frequency="auto", filter_accuracy=0.001, filter_modes=2, ts_max_time=0.01)
+            result = self.run_case(options, ranks, f"auto-{ranks}")
+            table = re.findall(r"^ +(\d+) +([\d.]+) +([\d.]+) +-([\d.]+) %$", result.out, re.MULTILINE)
+            self.assertEqual([row[0] for row in table], ["1", "2"], result)
+            w, filtered, error = (np.array([float(row[i]) for row in table]) for i in (1, 2, 3))
+            wf = float(re.search(r"wf ([\d.]+) rad/s", result.out)[1])
+            # Six digits of the frequencies, four decimals of the errors in percent.
+            np.testing.assert_allclose(filtered, wf * w / np.hypot(wf, w), rtol=5e-6)
+            np.testing.assert_allclose(error, 100 * (1 - filtered / w), atol=6e-4)
+            self.assertEqual(table[1][3], "0.1000", "the accuracy asked for, no more")
+            with h5py.File(result.file("results.h5")) as file:
+                self.assertAlmostEqual(file.attrs["filter_frequency"], wf, delta=1e-9 * wf)
+                outputs.append(file.attrs["filter_frequency"])
+        self.assertEqual(len(set(outputs)), 1, "the same to the last bit on any number of ranks")
+
+    def test_corrected_modes(self):
+        result = self.run_case(
+            case(filter_correct_modes=2, filter_correct_mode=4, udar_view=True, ts_max_time=0.01), name="corrected"
+        )
+        number = r"([\d.]+)"
+        corrected = re.findall(rf"mode (\d): filtered {number} rad/s, corrected to {number} rad/s", result.out)
+        self.assertEqual([row[0] for row in corrected], ["1", "4"], result)
+        for _, filtered, w in corrected:
+            self.assertAlmostEqual(float(filtered), 100 * float(w) / np.hypot(100, float(w)), delta=1e-6)
+        self.assertRegex(result.out, r"mode 2, 157\.43\d* rad/s, is above wf 100\.? rad/s and left uncorrected")
+        before, after = map(float, re.search(rf"largest frequency {number} .*before, {number} rad/s", result.out).groups())
+        self.assertLess(before, 100)
+        self.assertAlmostEqual(after, float(corrected[1][2]), delta=1e-5 * after)
+        self.assertEqual(result.out.count("corrected to 0"), 2, "in the table of -udar_view")
 
     def test_solver_view(self):
         for ranks in (1, 2):

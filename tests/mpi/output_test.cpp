@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "support/world.hpp"
+#include "udar/dynamics/stepper.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/run_writers.hpp"
 #include "udar/io/summary.hpp"
@@ -162,10 +163,18 @@ class State {
       }
       resting_.push_back(resting_value(row, node));
     }
+    support_impulse_ = {1.0 * row, 0.0 - 2.0 * row};
+    zone_ = {};
+    for (PetscInt node = nodes.begin; node < nodes.end && row % 2 == 1; ++node) {  // in every second row
+      ++zone_.masses;
+      zone_.x_min = std::min(zone_.x_min, 0.5 * static_cast<double>(node));
+      zone_.x_max = std::max(zone_.x_max, 0.5 * static_cast<double>(node));
+    }
     energy_ = {.kinetic = 2.0 + row, .load_potential = -1.0, .lost_in_impacts = 0.25, .initial = 1.0, .scale = 2.0};
   }
   [[nodiscard]] Snapshot snapshot() const {
-    return {time_, fields_[0], fields_[1], fields_[2], fields_[3], resting_, energy_};
+    return {time_,    fields_[0], fields_[1], fields_[2],       fields_[3],
+            resting_, energy_,    fields_[2], support_impulse_, zone_};
   }
 
  private:
@@ -173,6 +182,8 @@ class State {
   std::array<std::vector<double>, 4> fields_;
   std::vector<std::uint8_t> resting_;
   EnergyLedger energy_;
+  std::vector<double> support_impulse_;
+  ContactZone zone_;
 };
 
 constexpr double kInterval = 0.125;  // exact in binary, so times are too
@@ -460,7 +471,7 @@ TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
   const std::vector<std::uint8_t> resting(here ? 1 : 0, 0);
   for (const auto& writer : writers) {
     if (writer->interval() > 0.0) {
-      writer->snapshot({0.1, position, velocity, line, position, resting, {}});
+      writer->snapshot({0.1, position, velocity, line, position, resting, {}, line, {}, {}});
     }
   }
   finish(writers);
@@ -547,6 +558,98 @@ TEST(RunWriters, WriteTheEventsOfAllRanksInOrder) {
     EXPECT_EQ(file.column("/rests", "node"), nodes);
     EXPECT_EQ(file.column("/rests", "release").at(7), 1.0);
     EXPECT_EQ(file.column("/rests", "release").at(17), 0.0);
+  }
+}
+
+TEST(RunWriters, WriteForcesOfSupportsAndTheContactZone) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  SupportForces forces{2, kInterval, 2.0 * kInterval};
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0, &forces);
+  for (int row = 0; row < 5; ++row) {
+    write_row(writers, layout.nodes, row);
+  }
+  finish(writers);
+  EXPECT_EQ(forces.peaks()[1], -16.0);
+  if (world_rank() == 0) {
+    const std::vector<std::string> lines = read_lines(folder / "contact.csv");
+    ASSERT_EQ(lines.size(), 6U);
+    EXPECT_EQ(lines[0], "time,masses,x_min,x_max,force_0,impulse_0,force_1,impulse_1");
+    EXPECT_EQ(lines[1], "0,0,nan,nan,0,0,0,0");
+    EXPECT_EQ(lines[2], "0.125,10,0,4.5,4,1,-8,-2");  // half a window after the start
+    EXPECT_EQ(lines[3], "0.25,0,nan,nan,8,2,-16,-4");
+    EXPECT_EQ(lines[4], "0.375,10,0,4.5,8,3,-16,-6");
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.shape("/supports/force"), (std::vector<hsize_t>{5, 2}));
+    EXPECT_EQ(file.doubles("/supports/force"), (std::vector<double>{0, 0, 4, -8, 8, -16, 8, -16, 8, -16}));
+    EXPECT_EQ(file.doubles("/supports/impulse"), (std::vector<double>{0, 0, 1, -2, 2, -4, 3, -6, 4, -8}));
+    EXPECT_EQ(file.column("/contact", "masses"), (std::vector<double>{0, 10, 0, 10, 0}));
+    EXPECT_EQ(file.column("/contact", "x_max")[3], 4.5);
+    EXPECT_TRUE(std::isnan(file.column("/contact", "x_min")[2]));
+    EXPECT_EQ(file.column("/contact", "force"), (std::vector<double>{0, -4, -8, -8, -8}));
+  }
+}
+
+TEST(RunWriters, WriteOnlySumsOfManySupportsAsText) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(10);
+  layout.supports.resize(65);
+  SupportForces forces{65, 1.0, 0.0};
+  const Writers writers = make_run_writers(layout, folder.path(), 1.0, 0.0, &forces);
+  const std::vector<double> impulse(65, 2.0);
+  const State state{layout.nodes, 1, 1.0};
+  Snapshot snapshot = state.snapshot();
+  snapshot.support_impulse = impulse;
+  for (const auto& writer : writers) {
+    if (writer->interval() > 0.0) {
+      writer->snapshot(snapshot);
+    }
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::vector<std::string> lines = read_lines(folder / "contact.csv");
+    EXPECT_EQ(lines.at(0), "time,masses,x_min,x_max,force,impulse");
+    EXPECT_EQ(lines.at(1), "1,10,0,4.5,130,130");
+    EXPECT_EQ((SerialFile{folder / "results.h5"}.doubles("/supports/force")), std::vector<double>(65, 2.0));
+  }
+}
+
+TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(10);
+  MotionState kept;
+  {
+    const Writers before = make_run_writers(layout, folder.path(), kInterval, 0.0);
+    write_row(before, layout.nodes, 4);
+    for (const auto& writer : before) {
+      writer->save(kept);
+    }
+    finish(before);
+  }
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  for (const auto& writer : writers) {
+    writer->restore(kept);
+  }
+  for (const int row : {2, 3}) {
+    write_row(writers, layout.nodes, row);
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    const std::vector<std::string> lines = read_lines(folder / "envelope.csv");
+    ASSERT_EQ(lines.size(), 11U);
+    EXPECT_EQ(lines[0], "node,x,moment_min,moment_max,shear_min,shear_max");
+    EXPECT_EQ(lines[3], "2,1,23.015625,43.015625,22.015625,42.015625");
+    EXPECT_EQ(lines[10], "9,4.5,23.0703125,43.0703125,nan,nan");
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.shape("/envelope/shear_min"), std::vector<hsize_t>{9});
+    const std::vector<double> most = file.doubles("/envelope/moment_max");
+    const std::vector<double> least = file.doubles("/envelope/shear_min");
+    for (PetscInt node = 0; node < 10; ++node) {
+      EXPECT_EQ(most[static_cast<std::size_t>(node)], field_value(3, 4, node));
+      if (node < 9) {
+        EXPECT_EQ(least[static_cast<std::size_t>(node)], field_value(2, 2, node));
+      }
+    }
   }
 }
 
@@ -708,6 +811,8 @@ TEST(Summary, IsReadBackAsItWas) {
   summary.first_contact_time = 0.1;
   summary.last_contact_time = 0.30000000000000004;
   summary.support_impulse = {1.5, 0.0};
+  summary.force_window = 0.032;
+  summary.peak_support_force = {-2e3, 0.0};
   summary.gauge_position = {0.33};
   summary.gauge_node_position = {0.35};
   summary.wall_seconds = {{"setup", 0.5}, {"solve", 2.0}};
@@ -730,6 +835,8 @@ TEST(Summary, IsReadBackAsItWas) {
     EXPECT_TRUE(json.at("min_line_gap_x").is_null());
     EXPECT_TRUE(json.at("min_line_gap_time").is_null());
     EXPECT_EQ(json.at("support_impulse"), (std::vector<double>{1.5, 0.0}));
+    EXPECT_EQ(json.at("force_window"), 0.032);
+    EXPECT_EQ(json.at("peak_support_force"), (std::vector<double>{-2e3, 0.0}));
     EXPECT_EQ(json.at("gauge_node_position"), (std::vector<double>{0.35}));
     EXPECT_EQ(json.at("wall_seconds").at("solve"), 2.0);
     EXPECT_EQ(json.at("wall_seconds_mean").at("solve"), 1.5);

@@ -69,6 +69,10 @@ class Recorder final : public Observer {
     velocities.emplace_back(state.mass_velocity.begin(), state.mass_velocity.end());
     lines.emplace_back(state.line_position.begin(), state.line_position.end());
     energies.push_back(state.energy);
+    moments.emplace_back(state.moment.begin(), state.moment.end());
+    shears.emplace_back(state.shear.begin(), state.shear.end());
+    support_impulses.emplace_back(state.support_impulse.begin(), state.support_impulse.end());
+    zones.push_back(state.zone);
   }
   void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> stops,
               const EventCounts& /*all*/) override {
@@ -87,6 +91,10 @@ class Recorder final : public Observer {
   std::vector<std::vector<double>> velocities;
   std::vector<std::vector<double>> lines;
   std::vector<EnergyLedger> energies;
+  std::vector<std::vector<double>> moments;
+  std::vector<std::vector<double>> shears;
+  std::vector<std::vector<double>> support_impulses;
+  std::vector<ContactZone> zones;
   std::vector<ImpactRecord> impacts;
   std::vector<RestRecord> rests;
 

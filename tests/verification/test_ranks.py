@@ -8,7 +8,7 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
-from common import STOPPED_BY_STEPS, UdarTest, case, datasets
+from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case, datasets
 
 # The orbits of these cases amplify a difference up to their end by less than 1000 (data/README.md), and 1e-12 m is what
 # solves in another order of the ranks may differ by.
@@ -29,6 +29,7 @@ GIVING = {  # one support moves, one gives way, one does both
 DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
+CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf
 CASES = {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
@@ -48,6 +49,7 @@ CASES = {
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
+    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
 }
@@ -87,6 +89,22 @@ class Ranks(UdarTest):
                 self.assertEqual(sorted(hits["node"]), sorted(impacts["node"]), f"nodes hit{run}")
                 np.testing.assert_array_equal(np.sort(hits["time"]), hits["time"], err_msg="impacts in order of time")
                 self.assertEqual(run.summary()["ranks"], ranks, run)
+                if changes.get("floor") or changes.get("support_position", True) is not None:
+                    self.check_forces(run, serial)
+                # Masses off by TOLERANCE: forces of the springs off by wf^2 m of it, moments by that times 10 m.
+                error = TOLERANCE * 100**2 * STEEL_MASS * 10
+                for name, values in serial.csv("envelope.csv").items():
+                    np.testing.assert_allclose(run.csv("envelope.csv")[name], values, rtol=0, atol=error, err_msg=name)
+
+    def check_forces(self, run, serial):
+        """Masses off by TOLERANCE swing off by that times wf = 100: so much velocity of 2466 kg is the impulse's error."""
+        error = TOLERANCE * 100 * STEEL_MASS
+        expected, found = serial.csv("contact.csv"), run.csv("contact.csv")
+        self.assertEqual(list(found), list(expected), run)
+        self.assertGreater(expected["masses"].max(), 0)
+        for name, values in expected.items():
+            atol = error if name.startswith("impulse") else error / serial.summary()["force_window"]
+            np.testing.assert_allclose(found[name], values, rtol=0, atol=2 * atol, err_msg=f"contact.csv: {name}")
 
     def test_free_flight_is_exact(self):
         """No contact: a rigid beam flies on a parabola and turns evenly, on any number of ranks."""
@@ -115,13 +133,14 @@ class Restart(UdarTest):
         whole = self.run_case(options, ranks, name="whole")
         first = self.run_case({**options, "ts_max_steps": steps}, ranks, name="first", code=STOPPED_BY_STEPS)
         second = self.run_case({**options, "restart_file": first.file("restart.h5")}, ranks, name="second")
-        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv"):
+        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv", "contact.csv"):
             all_rows, head, tail = (lines(run.file(name)) for run in (whole, first, second))
             self.assertEqual(tail[0], all_rows[0], f"header of {name}")
             if name == "gauges.csv":
                 self.assertLess(len(head), len(all_rows), f"the first run was stopped before its end{first}")
             self.assertEqual(tail[1:], all_rows[len(all_rows) - len(tail) + 1 :], f"{name} after the restart{second}")
             self.assertGreaterEqual(len(head) + len(tail) - 1, len(all_rows), f"{name}: rows are missing{second}")
+        self.assertEqual(lines(second.file("envelope.csv")), lines(whole.file("envelope.csv")), "of both runs together")
         expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
         self.assertEqual(sorted(found), sorted(expected))
         for name, value in expected.items():
@@ -130,7 +149,8 @@ class Restart(UdarTest):
             np.testing.assert_allclose(
                 found[name], value, rtol=0 if exact else 1e-14, atol=0, err_msg=f"restart.h5:/{name} at the end"
             )
-        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap"):
+        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap",
+                    "support_impulse", "force_window", "peak_support_force"):
             self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
 
 
@@ -158,6 +178,7 @@ for name, changes in {
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
     "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
     "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
+    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
 }.items():
     for integrator, stops in STOPS.items():
         if name in ("moving_and_giving", "damped") and integrator == "chebyshev":

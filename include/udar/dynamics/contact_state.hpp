@@ -3,6 +3,7 @@
 /// What the masses do on their supports: who rests where, and what happened in the step in progress.
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -106,17 +107,20 @@ class ContactState {
   /// @param loss of energy besides that of an impact [J]
   void rest(const ContactRun& run, std::size_t node, double time, double loss = 0.0);
   void release(const ContactRun& run, std::size_t node, double time);
-  /// Adds what a support gave without an impact [N s], y up.
-  void press(PetscInt support, double impulse) { impulse_[static_cast<std::size_t>(support)] += impulse; }
+  /// Adds what a support gave without an impact [N s], y up; counted as even over the step.
+  void press(PetscInt support, double impulse) { pressed_[static_cast<std::size_t>(support)] += impulse; }
+  /// The same, even over a part of the step only, `from` to `to` [s].
+  void press(PetscInt support, double impulse, double from, double to) {
+    parts_.push_back({.support = support, .impulse = impulse, .from = from, .to = to});
+  }
   /// Adds what flowed in the step, this rank's share.
   void flow(const EnergyFlow& energy) {
     flow_.work += energy.work;
     flow_.damped += energy.damped;
   }
-  /// A mass of this rank was on a support that gives way, between these times [s].
-  void touch(double from, double until) {
-    touched_from_ = std::min(touched_from_, from);
-    touched_until_ = std::max(touched_until_, until);
+  /// A support held the line at a local node, or one that gives way its mass, between these times [s].
+  void touch(std::size_t node, double from, double until) {
+    touches_.push_back({.node = node, .from = from, .until = until});
   }
   /// Some support held the line between these times [s]; equal on every rank.
   void hold(double from, double until);
@@ -124,6 +128,13 @@ class ContactState {
   void line_at(double gap, std::size_t node, double time);
   /// Energy that this rank's masses lost in the step before a time [J].
   [[nodiscard]] double lost_before(double time) const;
+  /// @brief Adds to `sums` what each support gave to this rank's masses in the step before a time [N s], y up.
+  /// @param passed share of the step that has passed by then
+  void add_impulses(double time, double passed, std::span<double> sums) const;
+  /// @brief The nodes of this rank that were hit, rested or held the line from `since` until just before `until`, a
+  /// time in the step.
+  /// @param resting nonzero for each local node that rests at `until`
+  [[nodiscard]] ContactZone zone(double since, double until, std::span<const std::uint8_t> resting);
   /// Whether a gap would be the smallest so far.
   [[nodiscard]] bool smallest(double gap) const noexcept { return gap < line_gap_.gap; }
   /// @}
@@ -149,21 +160,24 @@ class ContactState {
   /// Begins a new step.
   void begin_step();
 
-  /// y-up impulse of every support on the masses so far [N s]. @note Collective.
-  [[nodiscard]] std::vector<double> support_impulses() const;
+  /// y-up impulse of every support on the masses up to the last `commit` [N s], equal on every rank.
+  [[nodiscard]] const std::vector<double>& support_impulses() const noexcept { return impulse_; }
   /// @note Collective; meaningless without supports.
   [[nodiscard]] LineGap smallest_line_gap() const;
 
   /// @name For a restart. Index of the support + 1 for each local node, 0 where the mass moves.
   /// @{
   [[nodiscard]] const std::vector<std::int32_t>& resting_supports() const noexcept { return resting_; }
+  /// When each local node was last in contact [s]; empty if no node of this rank can be.
+  [[nodiscard]] const std::vector<double>& last_contact() const noexcept { return last_contact_; }
   void restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
-               std::span<const double> impulses);
+               std::span<const double> impulses, std::span<const double> last_contact);
   /// @}
 
  private:
   void set_resting(std::size_t node, PetscInt support);
   void count_resting();
+  void note_contacts(double until);
 
   const BeamChain* beam_;
   std::span<const double> mass_;
@@ -172,8 +186,10 @@ class ContactState {
   std::vector<ContactRun> runs_;
   std::vector<std::int32_t> resting_;
   std::size_t local_resting_ = 0;
-  std::vector<double> impulse_;  // per support, local share
-  LineGap line_gap_;             // local smallest
+  std::vector<double> impulse_;                        // per support, up to the start of the step, all ranks
+  std::vector<double> last_contact_;                   // per node: time of the last impact or release [s]
+  std::vector<std::array<std::size_t, 2>> touchable_;  // ranges of nodes that may touch something
+  LineGap line_gap_;                                   // local smallest
   ContactCounts counts_;
 
   struct Change {
@@ -183,7 +199,20 @@ class ContactState {
   std::vector<Change> changes_;
   std::vector<ImpactRecord> impacts_;
   std::vector<RestRecord> rests_;
-  std::vector<double> impulse_before_;
+  struct Part {
+    PetscInt support;
+    double impulse;
+    double from;
+    double to;
+  };
+  std::vector<double> pressed_;  // per support, in the step
+  std::vector<Part> parts_;      // of the step
+  struct Touch {
+    std::size_t node;
+    double from;
+    double until;
+  };
+  std::vector<Touch> touches_;
   LineGap line_gap_before_;
   struct Loss {
     double time;
@@ -191,11 +220,8 @@ class ContactState {
   };
   std::vector<Loss> losses_;  // besides those of the impacts
   EventCounts all_events_;
-  EnergyFlow flow_;         // of the step
-  bool gives_way_ = false;  // some support of the whole structure
-  double touched_from_ = kNever;
-  double touched_until_ = -kNever;
-  static constexpr double kNever = std::numeric_limits<double>::infinity();
+  EnergyFlow flow_;          // of the step
+  bool gives_way_ = false;   // some support of the whole structure
   double held_from_ = -1.0;  // negative: not held in this step
   double held_until_ = -1.0;
 };

@@ -17,6 +17,7 @@ namespace udar {
 struct LineState {
   double time = 0.0;                  ///< [s]
   std::vector<double> stretch;        ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
+  std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
   std::vector<double> moment;         ///< [N m]; empty unless asked for
   std::vector<double> contact_force;  ///< of every contact point of the line, away from its support [N], on every rank
 };
@@ -48,6 +49,10 @@ class Equations {
   /// @brief d' = Yc' - Vm [m/s] just after time t. @param[in] mass_velocity Vm [m/s] @note Collective.
   void evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate);
 
+  /// @brief Yc - Ym of the line [m], one value per local node: the stretch, less what corrected modes put into the
+  /// pull.
+  [[nodiscard]] std::vector<double> line_stretch(const LineState& state) const;
+
   /// @brief Kinetic, strain, spring and load energy [J]; the other entries of the ledger are left at zero.
   /// @param state with moment
   /// @note Collective: one reduction of four numbers.
@@ -57,7 +62,7 @@ class Equations {
   /// Height of the reference axis at the local nodes [m].
   [[nodiscard]] std::span<const double> axis() const noexcept { return axis_; }
   [[nodiscard]] const BeamChain& beam() const noexcept { return line_->beam(); }
-  [[nodiscard]] FilteredLine& line() noexcept { return *line_; }
+  [[nodiscard]] FilteredLine& line() const noexcept { return *line_; }
   [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }
 
  private:

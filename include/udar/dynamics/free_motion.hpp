@@ -15,10 +15,10 @@ namespace udar {
 /// @brief The free masses' motion over a stretch of time without events, by Chebyshev series of the line operator.
 ///
 /// Between impacts z'' = -A z + a0 + t j0 with z(0) = 0, z'(0) = v0 and A = -wf^2 d(.), whose spectrum lies in
-/// [0, wf^2], resting masses left out. Its solution is z = S v0 + C a0 + G j0 with entire functions of A, which are
-/// Chebyshev series in 2A/wf^2 - 1 with coefficients that depend on time alone. The terms of the series are kept, so
-/// the motion of every node is known at any time that they reach, and more terms reach further. Source:
-/// docs/theory.md, "Exact motion between impacts".
+/// [0, wf^2] (the square of `FilteredLine::frequency_bound`), resting masses left out. Its solution is z = S v0 + C a0
+/// + G j0 with entire functions of A, which are Chebyshev series in 2A/wf^2 - 1 with coefficients that depend on time
+/// alone. The terms of the series are kept, so the motion of every node is known at any time that they reach, and more
+/// terms reach further. Source: docs/theory.md, "Exact motion between impacts".
 class FreeMotion {
  public:
   explicit FreeMotion(FilteredLine& line);
@@ -60,9 +60,13 @@ class FreeMotion {
   /// @brief What the motion adds to the stretch Yc - Ym of a resting mass, besides j0 t / wf^2; its last term is
   /// missing.
   [[nodiscard]] double stretch(const Weights& weights, std::size_t node) const;
+  /// @brief The same for the stretch's amplitude in a corrected mode of the line [m kg^(1/2)]. @note Not collective.
+  [[nodiscard]] double amplitude(const Weights& weights, std::size_t mode) const;
 
  private:
   FilteredLine* line_;
+  double bound_;  // of all frequencies [rad/s]
+  double gain_;   // wf^2 over its square
   std::size_t count_ = 0;
   std::size_t terms_ = 0;
   std::size_t sequences_ = 2;
@@ -70,6 +74,7 @@ class FreeMotion {
   std::array<std::vector<double>, 3> stretch_;              // of the last term
   std::vector<std::size_t> resting_;                        // nodes
   std::array<std::vector<double>, 3> resting_stretch_;      // [sequence][term][resting node]
+  std::array<std::vector<double>, 3> amplitudes_;           // [sequence][term][corrected mode]
 };
 
 }  // namespace udar

@@ -65,14 +65,14 @@ class ImpactDynamics {
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].
   [[nodiscard]] MassState masses() const;
 
-  /// y-up impulse of every support on the masses so far [N s]. @note Collective.
-  [[nodiscard]] std::vector<double> support_impulses() const { return contact_.support_impulses(); }
+  /// y-up impulse of every support on the masses so far [N s], equal on every rank.
+  [[nodiscard]] const std::vector<double>& support_impulses() const noexcept { return contact_.support_impulses(); }
   /// @note Collective; meaningless without supports.
   [[nodiscard]] LineGap smallest_line_gap() const { return contact_.smallest_line_gap(); }
 
-  /// The state after the last good step; any number of ranks may read it back.
+  /// The state after the last good step, with what the observers keep; any number of ranks may read it back.
   [[nodiscard]] MotionState save() const;
-  /// Continues from a saved state. @note Before `solve`.
+  /// Continues from a saved state; observers are restored by who owns them. @note Before `solve`.
   void restore(const MotionState& state);
 
  private:
@@ -92,7 +92,7 @@ class ImpactDynamics {
   void limit_step(double next_step);
   void tell_events();
   void emit_snapshots(double until);
-  void snapshot(double time);
+  void snapshot(double time, double until);
   [[nodiscard]] double changing_load_work(double until) const;
   static PetscErrorCode post_step_callback(TS stepper);
 
@@ -118,6 +118,8 @@ class ImpactDynamics {
   MassState shown_;  // of the snapshot at hand
   std::vector<std::uint8_t> shown_resting_;
   LineState shown_line_;
+  std::vector<double> shown_shear_;
+  std::vector<double> shown_impulse_;  // of each support
   EnergyLedger ledger_;
   double largest_kinetic_ = 0.0;
   std::vector<double> kinks_;  // of loads and moving supports, ascending [s]

@@ -33,6 +33,7 @@ class LocatedSteps final : public Stepper {
               std::span<std::uint8_t> resting) const override;
   [[nodiscard]] double line_integral(std::size_t node, double until) const override;
   [[nodiscard]] EnergyFlow flow(double until) const override;
+  [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override;
   [[nodiscard]] PetscInt repeated_steps() const override { return repeated_steps_; }
   [[nodiscard]] PetscInt evaluations() const override { return evaluations_; }
   void save(MotionState& state) const override;
@@ -94,6 +95,7 @@ class LocatedSteps final : public Stepper {
   [[nodiscard]] Kinematics kinematics(std::size_t node, const double* state, const LineState& line) const;
   [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
   [[nodiscard]] double line_gap(const ContactRun& run, std::size_t node, double theta) const;
+  [[nodiscard]] double amplitude_offset(std::size_t node, double theta) const;
   static PetscErrorCode rhs_callback(TS stepper, PetscReal time, Vec state, Vec rate, void* context);
 
   TS stepper_;

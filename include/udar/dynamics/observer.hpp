@@ -5,10 +5,13 @@
 #include <petscsys.h>
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 
 namespace udar {
+
+struct MotionState;
 
 /// @brief The energy ledger at one time [J]; sums over the whole structure, equal on every rank.
 struct EnergyLedger {
@@ -34,15 +37,25 @@ struct EnergyLedger {
   }
 };
 
+/// @brief The masses that were in contact over some time: hit, or at rest.
+struct ContactZone {
+  PetscInt masses = 0;
+  double x_min = std::numeric_limits<double>::infinity();   ///< leftmost of them [m]; infinite if there are none
+  double x_max = -std::numeric_limits<double>::infinity();  ///< rightmost [m]; minus infinity if there are none
+};
+
 /// @brief The state at one time; the spans hold this rank's nodes in order and live only during the call.
 struct Snapshot {
-  double time = 0.0;                      ///< [s]
-  std::span<const double> mass_position;  ///< Ym [m]
-  std::span<const double> mass_velocity;  ///< Vm [m/s]
-  std::span<const double> line_position;  ///< Yc [m]
-  std::span<const double> moment;         ///< bending moment EI w'' [N m]
-  std::span<const std::uint8_t> resting;  ///< 1 where the mass rests on a support
-  EnergyLedger energy;                    ///< [J], whole structure
+  double time = 0.0;                        ///< [s]
+  std::span<const double> mass_position;    ///< Ym [m]
+  std::span<const double> mass_velocity;    ///< Vm [m/s]
+  std::span<const double> line_position;    ///< Yc [m]
+  std::span<const double> moment;           ///< bending moment EI w'' [N m]
+  std::span<const std::uint8_t> resting;    ///< 1 where the mass rests on a support
+  EnergyLedger energy;                      ///< [J], whole structure
+  std::span<const double> shear;            ///< dM/dx in the element right of each node [N]; 0 where there is none
+  std::span<const double> support_impulse;  ///< of each support on the masses since t = 0 [N s], y up, all ranks
+  ContactZone zone{};                       ///< since the listener's last snapshot, this rank's masses
 };
 
 /// @brief One mass hitting one support.
@@ -101,6 +114,11 @@ class Observer {
                       const EventCounts& /*all*/) {}
   /// After every accepted step.
   virtual void step(const Progress& /*progress*/) {}
+  /// @name What it must keep to go on in another run as if nothing had happened; `restore` comes before any snapshot.
+  /// @{
+  virtual void save(MotionState& /*state*/) const {}
+  virtual void restore(const MotionState& /*state*/) {}
+  /// @}
   /// After the last step, also of a run that was interrupted: everything buffered must reach the disk.
   virtual void finish() {}
 };

@@ -65,6 +65,7 @@ class ProblemStepper : public petsc::TimeIntegrator, public Stepper {
   ContactState* contact_ = nullptr;
   MotionScale scale_;
   double wf_ = 0.0;
+  double highest_ = 0.0;  // no frequency is higher [rad/s]: wf but for corrected modes
   double tolerance_ = 0.0;
   std::size_t count_ = 0;
   Vec state_ = nullptr;

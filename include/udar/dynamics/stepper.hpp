@@ -67,11 +67,15 @@ class Stepper {
   /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
   virtual void masses(double time, std::span<double> position, std::span<double> velocity,
                       std::span<std::uint8_t> resting) const = 0;
-  /// @brief Integral of Yc [m s] at a local node that has a load, from the start of the step to a time within it.
+  /// @brief Integral of Ym and the stretch [m s] at a local node that has a load, from the start of the step to a time
+  /// within it.
   [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
 
   /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
   [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
+  /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
+  /// a time within it; asked for where loads change. @note Collective.
+  [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }
 
   /// Steps taken again to end at an event.
   [[nodiscard]] virtual PetscInt repeated_steps() const { return 0; }
@@ -89,6 +93,11 @@ class Stepper {
   virtual void save(MotionState& state) const = 0;
   virtual void restore(const MotionState& state) = 0;
 };
+
+/// @brief Keeps the stretch of a line state and what belongs to it, and reads it back.
+/// @throws InputError naming -restart_file if something is missing or not of `size`
+void save_line(const LineState& line, MotionState& state);
+[[nodiscard]] LineState saved_line(const MotionState& state, std::size_t size);
 
 /// @brief Error that a step of our own types may make, relative to the motion's scale: `-ts_rtol`, and `-ts_atol` over
 /// the scale if it is given.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/dynamics/dense_map.hpp"
+#include "udar/filter/filtered_line.hpp"
 
 namespace udar {
 
@@ -34,6 +35,8 @@ struct Sweep {
   std::array<std::vector<double>, kMostTerms> moment_rows;  ///< Legendre coefficients of Ym - axis [m]
   std::array<std::vector<double>, kMostTerms> line_rows;    ///< of the line from Ym at the start [m]
   std::array<std::vector<double>, 2> steady;  ///< what forces add to the first two of these; the second may be empty
+  std::span<const CorrectedMode> corrected;
+  std::vector<std::array<double, kMostTerms>> amplitude;  ///< of the stretch in these, Legendre coefficients
   std::array<double, kBlock> nothing{};
   std::array<double, kBlock> all_free{};  ///< ones
 
@@ -64,15 +67,28 @@ struct Sweep {
   void set_moment(std::size_t j, std::size_t node, double value) {
     moment_rows[j][node] = value + (j == 0 ? start[node] - axis[node] : 0.0);
   }
-  /// The line's motion at a node in powers of tau, from Ym at the start [m].
+  /// What pulls the mass of a node, in powers of tau, from Ym at the start [m].
   [[nodiscard]] std::array<double, kMostTerms> line_powers(std::size_t node) const {
-    std::array<double, kMostTerms> powers{};
+    return powers([&](std::size_t j) { return line_rows[j][node]; });
+  }
+  /// Legendre coefficient of where the line is: what pulls the masses, less its part in corrected modes [m].
+  [[nodiscard]] double line(std::size_t j, std::size_t node) const {
+    double value = line_rows[j][node];
+    for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
+      value -= amplitude[mode][j] * corrected[mode].shape[node];
+    }
+    return value;
+  }
+  /// A polynomial of the step in powers of tau from its Legendre coefficients.
+  template <class Coefficient>
+  [[nodiscard]] std::array<double, kMostTerms> powers(const Coefficient& coefficient) const {
+    std::array<double, kMostTerms> sums{};
     for (std::size_t j = 0; j < terms; ++j) {
       for (std::size_t k = 0; k <= j; ++k) {
-        powers[k] += line_rows[j][node] * local::kLegendre[j][k];
+        sums[k] += coefficient(j) * local::kLegendre[j][k];
       }
     }
-    return powers;
+    return sums;
   }
 };
 

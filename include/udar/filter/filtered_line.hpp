@@ -31,6 +31,12 @@ struct FilterParameters {
   bool unfiltered = false;
 };
 
+/// @brief A mode of the beam to which the line answers as if it had no filter springs.
+struct CorrectedMode {
+  double frequency = 0.0;     ///< w of the lumped beam [rad/s]
+  std::vector<double> shape;  ///< phi at the local nodes [kg^(-1/2)], phi' M phi = 1 over all ranks
+};
+
 /// @brief The massless elastic line on its filter springs, as a distributed block-2 operator under a PETSc `KSP`.
 ///
 /// Unknowns are displacements from the reference axis, the straight line on which end springs and foundation are
@@ -50,7 +56,7 @@ class FilteredLine {
   /// Factors. @note Collective.
   /// @throws InputError if wf is not positive, or the chain solver is asked for what it cannot carry; petsc::Error if
   /// PETSc cannot set up the solver asked for
-  FilteredLine(const BeamChain& beam, FilterParameters parameters);
+  FilteredLine(const BeamChain& beam, const FilterParameters& parameters);
 
   /// @brief Solves (wf^2 M + C) Yc = wf^2 M Ym + F.
   /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node
@@ -72,10 +78,34 @@ class FilteredLine {
   /// @throws InputError in the Hermite form; SolveError if the solver diverges
   void moments_of(std::span<const double> line_displacement, std::span<double> moment);
 
+  /// @brief Makes some modes exact: from now on the stretch that `solve` gives is that of the pull wf^2 d on the
+  /// masses, with these modes at their own frequencies w, and its moment is that of the line, rigidly tied to the
+  /// masses in these modes. Where that line stands: `line_stretch`. Source: docs/theory.md, "Corrected modes".
+  /// @param modes M-orthonormal, frequencies and number equal on every rank
+  /// @note Not collective; before any integrator for this line is made. From then on per solve of a column k dot
+  /// products and k axpys, per batch one reduction of k numbers a column, 8 k bytes a node; a moment costs a second
+  /// solve.
+  void correct(std::vector<CorrectedMode> modes);
+  [[nodiscard]] std::span<const CorrectedMode> corrected_modes() const noexcept { return corrected_; }
+  /// phi' M d [m kg^(1/2)] of every corrected mode, of a column of the last `solve`; equal on every rank.
+  [[nodiscard]] std::span<const double> amplitudes(std::size_t column = 0) const {
+    return std::span{amplitudes_}.subspan(column * corrected_.size(), corrected_.size());
+  }
+  /// @brief Turns the stretch of the pull on the masses into Yc - Ym of the line.
+  /// @param[in] amplitudes as `amplitudes` gave them with it @param[in,out] stretch [m]
+  void line_stretch(std::span<const double> amplitudes, std::span<double> stretch) const;
+  /// No frequency of the masses on the line is higher [rad/s]: wf, or that of a corrected mode above it.
+  [[nodiscard]] double frequency_bound() const noexcept { return frequency_bound_; }
+
   /// @brief Elastic energy of the line: bending, shear, tension, foundation and end springs [J], this rank's share.
   /// @param[in] line_displacement Yc minus the reference axis [m], @param[in] moment [N m]
   /// @note Collective: one message to each neighbour.
   [[nodiscard]] double strain_energy(std::span<const double> line_displacement, std::span<const double> moment) const;
+
+  /// @brief dM/dx in the element to the right of each local node [N], exact: the moment is linear in an element; 0 in a
+  /// gap and right of the last node. @param[in] moment [N m] @param[out] shear [N]
+  /// @note Collective: one message to each neighbour.
+  void shear(std::span<const double> moment, std::span<double> shear) const;
 
   [[nodiscard]] const BeamChain& beam() const noexcept { return *beam_; }
   [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
@@ -133,6 +163,8 @@ class FilteredLine {
   void solve_by_chain(std::span<const chain::Column> columns);
   void solve_by_ksp(const chain::Column& column);
   void create_moment_solver();
+  void solve_filtered(std::span<const chain::Column> columns);
+  void add_correction(std::span<const chain::Column> columns);
   [[nodiscard]] bool check_due(std::size_t solves) const;
   void check_residual(const double* displacement);
   static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
@@ -140,6 +172,9 @@ class FilteredLine {
   const BeamChain* beam_;
   FilterParameters parameters_;
   double wf2_;
+  double frequency_bound_;
+  std::vector<CorrectedMode> corrected_;
+  std::vector<double> amplitudes_;  // [column][mode]
   LineData line_;
   std::vector<double> mass_;
   std::vector<EndTerm> end_terms_;

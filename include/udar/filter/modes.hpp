@@ -10,17 +10,38 @@ namespace udar {
 
 /// @brief One vibration mode of the lumped beam and its filtered frequency.
 struct Mode {
-  double frequency = 0.0;  ///< w of the unfiltered lumped beam [rad/s]
-  double filtered = 0.0;   ///< lambda = wf w / sqrt(wf^2 + w^2) [rad/s]
+  double frequency = 0.0;     ///< w of the unfiltered lumped beam [rad/s]
+  double filtered = 0.0;      ///< lambda = wf w / sqrt(wf^2 + w^2) [rad/s]
+  bool corrected = false;     ///< the line answers to it without the filter
+  std::vector<double> shape;  ///< at the local nodes [kg^(-1/2)], M-orthonormal; empty unless asked for
 
   /// Relative error lambda / w - 1 [-].
   [[nodiscard]] double distortion() const { return filtered / frequency - 1.0; }
 };
 
+/// @brief lambda = wf w / sqrt(wf^2 + w^2) [rad/s]: what the filter makes of a frequency w [rad/s].
+[[nodiscard]] double filtered_frequency(double frequency, double filter_frequency);
+
+/// @brief The smallest filter frequency [rad/s] that lowers a mode of frequency w [rad/s] by no more than a share
+/// `accuracy` of w, in (0, 1): w (1 - a) / sqrt(2 a - a^2).
+[[nodiscard]] double filter_frequency_for(double frequency, double accuracy);
+
 /// @brief The lowest vibration modes, rigid-body motions left out; fewer if the beam has fewer.
+/// @param line without corrected modes
 /// @note Collective; some tens of line solves. Computed by SLEPc on the operator of the filter, options
 /// `-filter_eps_*`. Source: docs/theory.md, "What the filter does to a mode"
 [[nodiscard]] std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count);
+
+/// @brief The same to all the digits that the line solve has, with shapes, by a line on filter springs that separate
+/// these modes best, whatever the filter frequency in `filter`, which only gives `Mode::filtered` (0: not known).
+/// @note Collective; a factorisation and some tens of line solves, two or three times. The start vector is fixed: the
+/// same bits on the same number of ranks.
+/// @throws SolveError if SLEPc does not converge
+[[nodiscard]] std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count);
+
+/// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
+/// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge
+[[nodiscard]] double largest_frequency(FilteredLine& line);
 
 /// @brief ell = (4 EI / (rhoA wf^2))^(1/4) [m]: over this length the line forgets a force on one mass.
 /// @return the largest of all segments

@@ -80,7 +80,11 @@ class Hdf5File {
   /// @brief A one-dimensional dataset that grows; for compound records, too.
   void add_records(const std::string& name, hid_t type);
   /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
-  void append_row(const std::string& name, const NodeRange& nodes, const void* values);
+  void append_row(const std::string& name, const NodeRange& nodes, const void* values) {
+    append_rows(name, nodes, 1, values);
+  }
+  /// Several at once, row after row.
+  void append_rows(const std::string& name, const NodeRange& nodes, std::size_t rows, const void* values);
   /// @brief Adds records to a dataset of `add_records`: each rank's, one rank's behind the other's.
   /// @param[in] count of this rank's
   void append_records(const std::string& name, const void* records, std::size_t count);

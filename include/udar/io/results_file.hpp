@@ -7,6 +7,7 @@
 #include <string>
 
 #include "udar/dynamics/observer.hpp"
+#include "udar/io/csv.hpp"
 #include "udar/io/layout.hpp"
 
 namespace udar::io {
@@ -36,12 +37,20 @@ class ResultsFile {
   /// @}
   /// @param[in] times, rows equal on every rank
   void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);
+  /// @brief Makes /contact and /supports. @param[in] force_window what forces are averaged over [s]
+  void add_contact(double force_window);
+  /// @param[in] rows, force, impulse as for `contact_rows`, equal on every rank or on rank 0 alone
+  void append_contact(std::span<const ContactRow> rows, std::span<const double> force, std::span<const double> impulse);
+  /// @brief Extremes of moment [N m] and shear [N] at this rank's nodes and in the elements to the right of them.
+  void add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
+                    std::span<const double> shear_min, std::span<const double> shear_max);
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
   void close();
 
  private:
   std::unique_ptr<Hdf5File> file_;
   NodeRange nodes_;
+  PetscInt supports_ = 0;
   bool first_rank_ = false;
 };
 

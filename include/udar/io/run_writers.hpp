@@ -8,11 +8,12 @@
 
 #include "udar/dynamics/observer.hpp"
 #include "udar/io/layout.hpp"
+#include "udar/io/support_forces.hpp"
 
 namespace udar::io {
 
-/// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, results.h5 and results.xdmf and returns who fills
-/// them.
+/// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, contact.csv, results.h5 and results.xdmf and returns
+/// who fills them; the last row also makes envelope.csv, for beams of up to 100 000 nodes.
 ///
 /// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when a rank holds more
 /// than 4096 of them; fields after each row. A run that is killed leaves readable files that lack at most the last of
@@ -22,12 +23,14 @@ namespace udar::io {
 /// @param[in] interval       `-output_interval`, simulated time between rows of the tables [s], above 0
 /// @param[in] field_interval `-output_field_interval`, between rows of the fields [s]; 0 for no fields and no
 ///                           results.xdmf
+/// @param[in,out] forces     of the supports, made of the snapshots; must outlive the observers. Null: no contact.csv
 /// @return the observers; call them in this order
 /// @note Collective, as all calls of the observers. The spans of a snapshot must have one value per node of the rank.
 /// @throws FileError on all ranks
 /// @see docs/output.md
 [[nodiscard]] std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
                                                                       const std::string& directory, double interval,
-                                                                      double field_interval);
+                                                                      double field_interval,
+                                                                      SupportForces* forces = nullptr);
 
 }  // namespace udar::io

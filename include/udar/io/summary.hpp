@@ -44,7 +44,9 @@ struct Summary {
   std::optional<double> min_line_gap;          ///< smallest distance of the line from a support [m]; empty without any
   std::optional<double> min_line_gap_x;        ///< where [m]
   std::optional<double> min_line_gap_time;     ///< when [s]
-  std::vector<double> support_impulse;         ///< sum over the impacts on each support [N s]
+  std::vector<double> support_impulse;         ///< of each support on the masses, y up [N s]
+  std::optional<double> force_window;          ///< what forces of supports are averaged over [s]; empty without any
+  std::vector<double> peak_support_force;      ///< the one of largest size in the rows of contact.csv, y up [N]
   double energy_drift = 0.0;                   ///< at the end, relative
   std::vector<double> gauge_position;          ///< asked for [m]
   std::vector<double> gauge_node_position;     ///< of the node it became [m]

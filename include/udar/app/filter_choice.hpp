@@ -1,0 +1,31 @@
+#pragma once
+/// @file
+/// The filter frequency by the accuracy asked for, and the modes that are to be exact.
+
+#include <optional>
+#include <vector>
+
+#include "udar/app/case.hpp"
+#include "udar/filter/modes.hpp"
+
+namespace udar::app {
+
+/// @brief The beam on a mesh that is fine enough for its lowest modes, if that is coarser than its own.
+///
+/// 2000 elements, or 200 for each mode: lumped masses lower the frequency of mode k by 3 (k / n)^2 of it at most.
+/// @return none if the mesh is coarse enough as it is, or the ranks are too many for a coarser one
+/// @note Not collective.
+[[nodiscard]] std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam, PetscInt modes);
+
+/// @brief With `-filter_frequency auto`: sets wf, rounded up to six digits, so that no mode that matters is lowered by
+/// more than `-filter_accuracy`, and prints these modes. Otherwise nothing. @note Collective; printed by rank 0.
+/// @throws InputError if the beam has fewer modes than asked for; SolveError if they cannot be computed
+void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& filter);
+
+/// @brief Corrects the modes asked for and prints which, with the frequencies before and after.
+/// @return their numbers, counted from 1; empty: none
+/// @note Collective; printed by rank 0.
+/// @throws InputError if there is no such mode, or only one of two with the same frequency is asked for
+std::vector<PetscInt> correct_modes(FilteredLine& line, const FilterInput& filter);
+
+}  // namespace udar::app
