@@ -266,20 +266,22 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       detail::add_moments(path.data(), stop.moves ? 4 : 1, tau, end, problem.terms, outcome.moments);
       if constexpr (!std::is_same_v<Journal, Silent>) {
         double push = 0.0;
-        double work = 0.0;
-        for (const auto& [at, weight] : detail::kGauss) {
-          const double force = side * z2 * value(pressing.data(), terms, at * end) * weight * end;
-          push += force;
-          work += force * slope(path.data(), 4, at * end);
+        for (std::size_t k = terms; k-- > 0;) {
+          push = push * end + side * z2 * pressing[k] / static_cast<double>(k + 1);
         }
-        journal.pressed(resting, push, work);
+        double work = 0.0;
+        for (std::size_t i = 0; i < detail::kGauss.size() && stop.moves; ++i) {
+          const auto& [at, weight] = detail::kGauss[i];
+          work += side * z2 * value(pressing.data(), terms, at * end) * weight * end * slope(path.data(), 4, at * end);
+        }
+        journal.pressed(resting, push * end, work);
         if (drags != 0.0) {
           journal.damped(dragged(path.data(), 4, line, end));
         }
       }
       tau += end;
       place = stop.moves ? value(path.data(), 4, end) : stop.at;
-      velocity = slope(path.data(), 4, end);
+      velocity = stop.moves ? slope(path.data(), 4, end) : 0.0;
       if (held) {
         continue;
       }
@@ -321,12 +323,13 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     }
     series[0] = place;
     series[1] = velocity;
-    for (std::size_t k = 0; k + 2 < powers; ++k) {
+    for (std::size_t k = 0; k + 2 < powers && !presses && drags == 0.0; ++k) {
+      series[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0) - series[k]) / static_cast<double>((k + 1) * (k + 2));
+    }
+    for (std::size_t k = 0; k + 2 < powers && (presses || drags != 0.0); ++k) {
       double pull = z2 * ((k < problem.terms ? line[k] : 0.0) - series[k]);
-      if (drags != 0.0) {
-        const double rate = k + 1 < problem.terms ? line[k + 1] : 0.0;
-        pull += static_cast<double>(k + 1) * (problem.line_drag * rate - drags * series[k + 1]);
-      }
+      const double rate = k + 1 < problem.terms ? line[k + 1] : 0.0;
+      pull += static_cast<double>(k + 1) * (problem.line_drag * rate - drags * series[k + 1]);
       if (presses) {
         pull += (k < kMostTerms ? target[k] : 0.0) - stiffness * series[k] -
                 damping * static_cast<double>(k + 1) * series[k + 1];
