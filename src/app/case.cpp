@@ -567,9 +567,6 @@ void read_output(MPI_Comm comm, Case& input) {
              "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
              "/ wf; 0: "
              "that");
-  if (!input.filter.automatic) {
-    settle_force_window(input);
-  }
   group.string("-restart_file", input.restart.file, "continue from this restart.h5");
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
@@ -588,9 +585,9 @@ void read_output(MPI_Comm comm, Case& input) {
 
 void settle_force_window(Case& input) {
   // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
-  // Contact on the line has forces of its own.
+  // Contact on the line has forces of its own, and the unfiltered beam one in every step.
   const double resolved = std::numbers::pi / input.filter.filter_frequency;
-  const bool impacts = input.contact.surface == ContactSurface::mass;
+  const bool impacts = input.contact.surface == ContactSurface::mass && !input.filter.unfiltered;
   if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
     std::ostringstream message;
     message << "option -output_force_window: " << input.output.force_window

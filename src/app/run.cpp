@@ -266,10 +266,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     input.filter.filter_frequency = 100.0;  // any: only the solvers' own help is wanted
   } else {
     choose_frequency(comm, input.beam, input.filter);
-    if (input.filter.automatic) {
-      settle_force_window(input);
-    }
   }
+  settle_force_window(input);
   const BeamChain beam{comm, input.beam};
   FilteredLine line{beam, input.filter};
   std::vector<Mode> modes;

@@ -64,12 +64,7 @@ void LineForces::apply() {
     } else if (q == 0) {
       contact_->problem().assume({});
     }
-    for (std::size_t i = 0; i < count; ++i) {
-      gap_[i] = 0.0;
-      for (std::size_t j = 0; j < terms; ++j) {
-        gap_[i] += free_gap_[i * terms + j] * legendre_[q][j];
-      }
-    }
+    free_gap_at(kPoints[q]);
     contact_->problem().solve(gap_, force_at_[q]);
     active_[q] = contact_->problem().active();
     for (const std::size_t i : active_[q]) {
@@ -96,6 +91,20 @@ void LineForces::apply() {
   contact_->add(force_, {line.data(), terms}, {});
 }
 
+/// Fills `gap_` with the gaps of the free line.
+void LineForces::free_gap_at(double tau) {
+  std::array<double, kMostTerms> values{};
+  for (std::size_t j = 0; j < sweep_->terms; ++j) {
+    values[j] = legendre(j, tau);
+  }
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    gap_[i] = 0.0;
+    for (std::size_t j = 0; j < sweep_->terms; ++j) {
+      gap_[i] += free_gap_[i * sweep_->terms + j] * values[j];
+    }
+  }
+}
+
 /// Before the first and after the last Gauss point.
 void LineForces::find_border_kink(const Active& inside, double at, double border) {
   const double tau = first_change(inside, at, border);
@@ -103,12 +112,7 @@ void LineForces::find_border_kink(const Active& inside, double at, double border
     return;
   }
   const double beyond = 0.5 * (tau + border);
-  for (std::size_t i = 0; i < gap_.size(); ++i) {
-    gap_[i] = 0.0;
-    for (std::size_t j = 0; j < sweep_->terms; ++j) {
-      gap_[i] += free_gap_[i * sweep_->terms + j] * legendre(j, beyond);
-    }
-  }
+  free_gap_at(beyond);
   std::vector<double> force(gap_.size());
   contact_->problem().solve(gap_, force);
   const Active outside = contact_->problem().active();
@@ -204,21 +208,20 @@ void LineForces::tell(Tally& tally) const {
   }
 }
 
-void LineForces::write_journal() const {
+/// Smallest distances are those of the line that the forces hold at the Gauss points, not of its polynomial.
+void LineForces::write_journal() {
   const std::size_t terms = sweep_->terms;
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
     state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
-    if (force_[i * terms] > 0.0) {
-      state_->touch(contact_->local(i), sweep_->begin, sweep_->begin + sweep_->step);
-    }
-    for (std::size_t q = 0; q < kGauss; ++q) {
-      double gap = 0.0;
-      for (std::size_t j = 0; j < terms; ++j) {
-        gap += sweep_->line_rows[j][contact_->local(i)] * legendre_[q][j];
-      }
-      gap = point.side * (sweep_->start[contact_->local(i)] + gap - point.height);
-      state_->line_at(gap, contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+  }
+  std::vector<double> held_gap(gap_.size());
+  for (std::size_t q = 0; q < kGauss; ++q) {
+    free_gap_at(kPoints[q]);
+    contact_->problem().assume(active_[q]);
+    contact_->problem().gaps(gap_, force_at_[q], held_gap);
+    for (const std::size_t i : contact_->mine()) {
+      state_->line_at(held_gap[i], contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
     }
   }
   const auto held = [](const Active& active) { return !active.empty(); };

@@ -31,7 +31,7 @@ class LineForces {
   /// Enters the kinks of the last `apply`.
   void tell(Tally& tally) const;
   /// Impulses, smallest distances and the time of contact of the accepted step.
-  void write_journal() const;
+  void write_journal();
 
  private:
   static constexpr std::size_t kGauss = 8;
@@ -42,6 +42,7 @@ class LineForces {
   };
   using Active = std::vector<std::size_t>;
 
+  void free_gap_at(double tau);
   void find_border_kink(const Active& inside, double at, double border);
   void motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const;
   [[nodiscard]] double first_change(const Active& active, double from, double to) const;
