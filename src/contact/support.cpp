@@ -68,6 +68,7 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
                                          .level = support.height,
                                          .restitution = support.restitution,
                                          .yield_speed = support.yield_speed,
+                                         .profile = {},
                                          .motion = support.motion,
                                          .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
                                          .damping = support.elastic() ? support.damping / carried : 0.0});

@@ -35,7 +35,7 @@ struct Support {
     std::vector<double> height;  ///< [m]
   };
   Profile profile{};
-  std::shared_ptr<const SupportMotion> motion;                 ///< what is added to the height over time; null: nothing
+  std::shared_ptr<const SupportMotion> motion = nullptr;       ///< what is added to the height over time; null: nothing
   double stiffness = std::numeric_limits<double>::infinity();  ///< of all of it [N/m], > 0; infinite: rigid
   double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
 
@@ -65,7 +65,7 @@ struct ContactRun {
   double restitution = 1.0;
   double yield_speed = std::numeric_limits<double>::infinity();  ///< [m/s]
   std::vector<double> profile;                                   ///< height at each node [m]; empty: level
-  std::shared_ptr<const SupportMotion> motion;                   ///< null: none
+  std::shared_ptr<const SupportMotion> motion = nullptr;         ///< null: none
   double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
   double damping = 0.0;    ///< the same of a damper [1/s]
 
