@@ -35,8 +35,12 @@ ENERGY_LINES = (
     ("load_potential", "potential of the load", ORANGE, "-"),
     ("lost_in_impacts", "lost in impacts", PURPLE, "-"),
     ("load_work", "brought in by changing loads", SKY, "-"),
+    ("support_springs", "springs of the supports", GREEN, ":"),
+    ("support_work", "brought in by moving supports", SKY, ":"),
+    ("lost_in_dampers", "lost in dampers", PURPLE, ":"),
     ("total", "total", BLACK, "--"),
 )
+SELDOM = ("load_work", "support_springs", "support_work", "lost_in_dampers")  # shown where there is any
 IMPACT_COLUMNS = ("time", "node", "x", "support", "impulse")
 REST_COLUMNS = ("time", "node", "x", "support", "release")
 
@@ -475,7 +479,7 @@ def draw_drift(axis, time, drift, **style):
 
 def draw_energy(pen, run):
     energy = run.energy
-    shown = [line for line in ENERGY_LINES if line[0] != "load_work" or np.any(energy["load_work"])]
+    shown = [line for line in ENERGY_LINES if line[0] not in SELDOM or np.any(energy[line[0]])]
     peak = max((np.nanmax(np.abs(energy[name]), initial=0.0) for name, *_ in shown), default=0.0)
     scale, unit = energy_unit(peak)
     figure, axes = pen.figure(9.5, 6.5, 2, sharex=True, gridspec_kw={"height_ratios": [3.2, 1]})

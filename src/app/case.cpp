@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <sstream>
 #include <utility>
@@ -352,6 +353,10 @@ void read_initial(MPI_Comm comm, Case& input) {
   group.strings("-load_table", load_table,
                 "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, "
                 "constant outside");
+  group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
+             "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda");
+  group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
+             "beta of Rayleigh damping: a force beta wf^2 M (Yc' - Ym'); ratio beta lambda / 2 of a mode lambda");
   if (!shape.empty()) {
     const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
     input.initial.shape.x = column(table, 0);
@@ -404,6 +409,25 @@ void read_integration(MPI_Comm comm, Case& input) {
   }
 }
 
+std::shared_ptr<const SupportMotion> read_motion(MPI_Comm comm, const std::string& path) {
+  const io::Table table = io::read_table(comm, "-support_motion", path, 2);
+  require_ascending("-support_motion", path, column(table, 0), "times [s]");
+  return std::make_shared<SupportMotion>(column(table, 0), column(table, 1),
+                                         table.columns > 2 ? column(table, 2) : Numbers{});
+}
+
+/// Refuses an impact law for a support on springs; a restitution of 1 in a list for others passes.
+void given_with_spring(bool restitution_given, double restitution, double yield_speed) {
+  if (yield_speed < kInfinity || (restitution_given && restitution != 1.0)) {
+    std::ostringstream message;
+    message << "option " << (yield_speed < kInfinity ? "-support_yield_speed" : "-contact_restitution") << ": "
+            << (yield_speed < kInfinity ? yield_speed : restitution)
+            << " is not allowed with -support_stiffness, expected " << (yield_speed < kInfinity ? "inf" : "1")
+            << ": spring and damper decide how a mass leaves [-]";
+    throw InputError{message.str()};
+  }
+}
+
 void read_contact(MPI_Comm comm, Case& input) {
   OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
   Numbers position;
@@ -416,6 +440,9 @@ void read_contact(MPI_Comm comm, Case& input) {
   double floor_height = 0.0;
   std::string ground_file;
   Numbers yield_speed{kInfinity};
+  Strings motion;
+  Numbers stiffness{kInfinity};
+  Numbers damping{0.0};
   group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
   const bool width_given = group.reals("-support_width", width, "m", petsc::non_negative(),
                                        "width along the beam; 0: the nearest node alone");
@@ -432,8 +459,9 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.string("-ground_profile", ground_file,
                "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
                "rows, constant outside");
-  group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
-              "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
+  const bool restitution_given =
+      group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
+                  "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
   group.reals("-support_yield_speed", yield_speed, "m/s", petsc::positive_or_infinite(),
               "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support (floor or "
               "ground after the last support); inf: it does not");
@@ -446,6 +474,16 @@ void read_contact(MPI_Comm comm, Case& input) {
       "on every rank; more go to an interior point method (TAO, prefix contact_)");
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");
+  group.strings(
+      "-support_motion", motion,
+      "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
+      "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
+      "without velocities these are zero in the first and last row");
+  const bool stiffness_given =
+      group.reals("-support_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),
+                  "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
+  const bool damping_given = group.reals("-support_damping", damping, "N s/m", petsc::non_negative(),
+                                         "damper beside that spring, for all of the support; pressing alone");
   const std::size_t count = position.size();
   const auto per_support = [count](const char* key, const auto& values, bool given) {
     return count > 0 || given ? petsc::one_per(key, values, count, "one per -support_position") : values;
@@ -453,6 +491,11 @@ void read_contact(MPI_Comm comm, Case& input) {
   width = per_support("-support_width", width, width_given);
   height = per_support("-support_height", height, height_given);
   side = per_support("-support_side", side, side_given);
+  stiffness = per_support("-support_stiffness", stiffness, stiffness_given);
+  damping = per_support("-support_damping", damping, damping_given);
+  if (!motion.empty()) {
+    motion = petsc::one_per("-support_motion", motion, count, "one per -support_position");
+  }
   if (!ground_file.empty() && (floor || floor_height_given)) {
     throw InputError{"option -ground_profile: '" + ground_file +
                      "' is not allowed together with -floor or -floor_height, expected one ground [m]"};
@@ -479,7 +522,19 @@ void read_contact(MPI_Comm comm, Case& input) {
                               .height = height[i],
                               .restitution = restitution[i],
                               .side = side[i],
-                              .yield_speed = yield_speed[i]});
+                              .yield_speed = yield_speed[i],
+                              .stiffness = stiffness[i],
+                              .damping = damping[i]});
+    if (!motion.empty() && motion[i] != "none") {
+      input.supports.back().motion = read_motion(comm, motion[i]);
+    }
+    if (damping[i] > 0.0 && !input.supports.back().elastic()) {
+      throw InputError{"option -support_damping: " + std::to_string(damping[i]) +
+                       " is not allowed without -support_stiffness, expected 0: a rigid support has no damper [N s/m]"};
+    }
+    if (input.supports.back().elastic() && (restitution_given || yield_speed[i] < kInfinity)) {
+      given_with_spring(restitution_given, restitution[i], yield_speed[i]);
+    }
     const Support& support = input.supports.back();
     if (weighting == Weighting::tributary && support.width > 0.0) {
       input.beam.mass_patches.push_back({.from = support.from(), .to = support.to()});

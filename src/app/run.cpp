@@ -71,7 +71,12 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
   }
   for (const Support& support : input.supports) {
     lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ' ' << support.yield_speed << ';';
+          << static_cast<int>(support.side) << ' ' << support.yield_speed << ' ' << support.stiffness << ' '
+          << support.damping << ';';
+    for (std::size_t i = 0; support.motion && i < support.motion->time().size(); ++i) {
+      lists << support.motion->time()[i] << ' ' << support.motion->height()[i] << ' ' << support.motion->velocity()[i]
+            << ';';
+    }
     for (std::size_t i = 0; i < support.profile.x.size(); ++i) {
       lists << support.profile.x[i] << ' ' << support.profile.height[i] << ';';
     }
@@ -81,6 +86,9 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
     for (std::size_t i = 0; i < load.time.size(); ++i) {
       lists << load.time[i] << ' ' << load.force[i] << ';';
     }
+  }
+  if (input.damping.any()) {
+    text << "damping " << input.damping.mass << '/' << input.damping.stiffness << ' ';
   }
   if (input.filter.correct_lowest > 0 || !input.filter.correct.empty()) {
     text << "corrected " << input.filter.correct_lowest;
@@ -274,7 +282,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     }
   }
   const Loads loads{beam, input.gravity, input.loads};
-  Equations equations{line, loads, input.initial};
+  Equations equations{line, loads, input.initial, input.damping};
   ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
   if (help) {
     return {};

@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <string>
+#include <string_view>
 
 #include "udar/petsc/error.hpp"
 
@@ -17,6 +19,8 @@ namespace {
 
 // More distortion or sag than this is worth a warning.
 constexpr double kWarningShare = 0.1;
+// Springs of supports that are so much faster than the filter springs make an explicit integrator slow.
+constexpr double kStiff = 3.0;
 
 const char* describe(const BeamEnd& end) {
   if (end.held()) {
@@ -56,7 +60,7 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   for (const ContactRun& run : contact_runs(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
-      drop = std::min(drop, masses.position[node] - run.height(node));
+      drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
@@ -139,6 +143,23 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
         i, support.position, support.width, support.height, support.side == SupportSide::below ? "below" : "above",
         support.restitution, static_cast<long long>(first), static_cast<long long>(last), wf * wf * mass));
   }
+  if (input.damping.any()) {
+    UDAR_CALL(PetscPrintf(comm, "damping: %g 1/s of the masses, %g s of the line's springs\n", input.damping.mass,
+                          input.damping.stiffness));
+  }
+  for (std::size_t i = 0; i < input.supports.size(); ++i) {
+    const Support& support = input.supports[i];
+    if (support.motion) {
+      const auto [lowest, highest] = std::ranges::minmax(support.motion->height());
+      UDAR_CALL(PetscPrintf(comm, "support %zu moves: %zu rows from %g to %g s, by %g to %g m\n", i,
+                            support.motion->time().size(), support.motion->time().front(),
+                            support.motion->time().back(), lowest, highest));
+    }
+    if (support.elastic()) {
+      UDAR_CALL(PetscPrintf(comm, "support %zu gives way: spring %g N/m, damper %g N s/m\n", i, support.stiffness,
+                            support.damping));
+    }
+  }
   if (springs.stiffness > 0.0) {
     UDAR_CALL(PetscPrintf(comm,
                           "supports below: stiffness %g N/m, drop %g m, predicted sag of the line through them %g m\n",
@@ -174,6 +195,22 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
                            std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
                                ? "; under point supports this grows without limit on finer meshes: give -support_width"
                                : ""));
+  }
+  double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
+  for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {
+    fastest = std::max(fastest, run.stiffness);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  const double ratio = std::sqrt(fastest) / line.filter_frequency();
+  std::array<char, 32> type{};
+  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type.data(), type.size(), nullptr));
+  if (ratio > kStiff && std::string_view{type.data()} == TSRK) {
+    UDAR_CALL(
+        PetscFPrintf(comm, stderr,
+                     "udar: warning: masses on the springs of their supports are %.3g times as fast as the filter "
+                     "frequency: -ts_type rk takes steps as short as that while they touch; -ts_type impact does "
+                     "not\n",
+                     ratio));
   }
 }
 

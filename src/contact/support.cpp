@@ -43,18 +43,35 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
     require(support.restitution >= 0.0 && support.restitution <= 1.0, "-contact_restitution", support.restitution,
             "a number from 0 to 1");
     require(support.yield_speed > 0.0, "-support_yield_speed", support.yield_speed, "a number > 0 or inf [m/s]");
-    const auto [first, last] = touched_nodes(beam, support);
+    const BeamChain::NodeRange touched = touched_nodes(beam, support);
+    const auto [first, last] = touched;
     require(first <= last, "-support_width", support.width,
             "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
+    require(support.stiffness > 0.0, "-support_stiffness", support.stiffness, "a number > 0 or inf [N/m]");
+    require(support.damping >= 0.0 && std::isfinite(support.damping), "-support_damping", support.damping,
+            "a number >= 0 [N s/m]");
+    for (std::size_t other = 0; other < index; ++other) {
+      const bool plain = !support.motion && !support.elastic() && !supports[other].motion && !supports[other].elastic();
+      const auto nodes = touched_nodes(beam, supports[other]);
+      require(plain || support.side != supports[other].side || nodes.last < first || last < nodes.first,
+              "-support_position", support.position,
+              "no other support on its side at its nodes, as one of them moves or gives way; floor and ground count");
+    }
+    const double carried = support.elastic() ? beam.mass_of(touched) : 1.0;
     const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
       if (from < to) {
-        ContactRun& run = runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
-                                                       .last = static_cast<std::size_t>(to - beam.begin()),
-                                                       .support = static_cast<PetscInt>(index),
-                                                       .side = static_cast<double>(support.side),
-                                                       .level = support.height,
-                                                       .restitution = support.restitution,
-                                                       .yield_speed = support.yield_speed});
+        ContactRun& run =
+            runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
+                                         .last = static_cast<std::size_t>(to - beam.begin()),
+                                         .support = static_cast<PetscInt>(index),
+                                         .side = static_cast<double>(support.side),
+                                         .level = support.height,
+                                         .restitution = support.restitution,
+                                         .yield_speed = support.yield_speed,
+                                         .profile = {},
+                                         .motion = support.motion,
+                                         .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
+                                         .damping = support.elastic() ? support.damping / carried : 0.0});
         for (PetscInt node = from; node < to && !support.profile.x.empty(); ++node) {
           run.profile.push_back(support.height_at(beam.position(node)));
         }

@@ -40,7 +40,20 @@ ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, 
   }
   last_contact_.assign(touchable_.empty() ? 0 : mass.size(), -std::numeric_limits<double>::infinity());
   line_gap_.gap = std::numeric_limits<double>::infinity();
+  gives_way_ = std::ranges::any_of(supports_, &Support::elastic);
   begin_step();
+}
+
+double ContactState::spring_energy(double time, std::span<const double> position) const {
+  double sum = 0.0;
+  for (const ContactRun& run : runs_) {
+    const double lift = run.elastic() ? run.lift(time).height : 0.0;
+    for (std::size_t node = run.first; run.elastic() && node < run.last; ++node) {
+      const double gap = std::min(0.0, run.side * (position[node] - run.height(node) - lift));
+      sum += 0.5 * run.stiffness * mass_[node] * gap * gap;
+    }
+  }
+  return sum;
 }
 
 double ContactState::together(double position, double height) const {
@@ -165,31 +178,37 @@ void ContactState::line_at(double gap, std::size_t node, double time) {
 void ContactState::resolve(double time, std::span<const std::int32_t> due, double acceleration,
                            std::span<double> position, std::span<double> velocity, std::span<double> stretch) {
   for (const ContactRun& run : runs_) {
-    for (std::size_t node = run.first; node < run.last; ++node) {
+    const SupportMotion::State lift = run.lift(time);
+    for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
+      const double height = run.height(node) + lift.height;
       const bool is_due = !due.empty() && due[node] == run.support + 1;
       if (resting(node)) {
         if (is_due && resting_on(node, run)) {
-          stretch[node] = 0.0;
+          stretch[node] = lift.acceleration / acceleration;
           release(run, node, time);
         }
         continue;
       }
-      const double gap = run.side * (position[node] - run.height(node));
-      if (gap > together(position[node], run.height(node)) && !is_due) {
+      const double gap = run.side * (position[node] - height);
+      if (gap > together(position[node], height) && !is_due) {
         continue;
       }
-      const TouchingMass mass{.velocity = run.side * velocity[node],
-                              .acceleration = run.side * acceleration * stretch[node],
+      const TouchingMass mass{.velocity = run.side * (velocity[node] - lift.velocity),
+                              .acceleration = run.side * (acceleration * stretch[node] - lift.acceleration),
                               .mass = mass_[node]};
       const ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance, run.yield_speed);
       if (!outcome.impact && !outcome.rests) {
         continue;
       }
+      const double after = lift.velocity + run.side * outcome.velocity;
       if (outcome.impact) {
-        hit(run, node, time, velocity[node], run.side * outcome.velocity, outcome.energy_loss);
+        hit(run, node, time, velocity[node], after, outcome.energy_loss);
+      } else {
+        press(run.support, mass_[node] * (after - velocity[node]), time, time);
       }
-      position[node] = run.height(node);
-      velocity[node] = run.side * outcome.velocity;
+      flow({.work = mass_[node] * (after - velocity[node]) * lift.velocity});
+      position[node] = height;
+      velocity[node] = after;
       if (outcome.rests) {
         rest(run, node, time, outcome.impact ? 0.0 : outcome.energy_loss);
       }
@@ -212,6 +231,7 @@ void ContactState::begin_step() {
   line_gap_before_ = line_gap_;
   all_events_ = {};
   held_from_ = -1.0;
+  flow_ = {};
 }
 
 void ContactState::hold(double from, double until) {
@@ -232,7 +252,11 @@ void ContactState::commit(double time, std::span<double> sums) {
   const auto releases = std::ranges::count_if(rests_, &RestRecord::release);
   std::vector<double> all{static_cast<double>(impacts_.size()),
                           static_cast<double>(rests_.size()) - static_cast<double>(releases),
-                          static_cast<double>(releases), lost_before(std::numeric_limits<double>::infinity())};
+                          static_cast<double>(releases),
+                          lost_before(std::numeric_limits<double>::infinity()),
+                          flow_.work,
+                          flow_.damped};
+  const auto own = static_cast<std::ptrdiff_t>(all.size());
   all.insert(all.end(), sums.begin(), sums.end());
   const auto sums_end = static_cast<std::ptrdiff_t>(all.size());
   all.resize(all.size() + impulse_.size(), 0.0);
@@ -241,7 +265,7 @@ void ContactState::commit(double time, std::span<double> sums) {
   note_contacts(kAll);
   const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
-  std::copy(all.begin() + 4, all.begin() + sums_end, sums.begin());
+  std::copy(all.begin() + own, all.begin() + sums_end, sums.begin());
   std::transform(all.begin() + sums_end, all.end(), impulse_.begin(), impulse_.begin(), std::plus{});
   counts_.impacts += static_cast<PetscInt>(all[0]);
   counts_.rests += static_cast<PetscInt>(all[1]);
@@ -249,6 +273,8 @@ void ContactState::commit(double time, std::span<double> sums) {
   const bool rested = counts_.resting > 0;
   counts_.resting += static_cast<PetscInt>(all[1] - all[2]);
   counts_.lost += all[3];
+  counts_.work += all[4];
+  counts_.damped += all[5];
   all_events_ = {.impacts = static_cast<PetscInt>(all[0]), .rests = static_cast<PetscInt>(all[1] + all[2])};
   counts_.event_steps += any_events() ? 1 : 0;
   if (any_events()) {
@@ -271,6 +297,18 @@ void ContactState::commit(double time, std::span<double> sums) {
   }
   if (rested && counts_.resting > 0) {
     counts_.last_contact_time = time;
+  }
+  if (gives_way_) {
+    std::array<double, 2> extremes{-kAll, -kAll};
+    for (const Touch& touch : touches_) {
+      extremes = {std::max(extremes[0], -touch.from), std::max(extremes[1], touch.until)};
+    }
+    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, beam_->comm());
+    if (extremes[1] > -kAll) {
+      const double first = counts_.first_contact_time;
+      counts_.first_contact_time = first < 0.0 ? -extremes[0] : std::min(first, -extremes[0]);
+      counts_.last_contact_time = std::max(counts_.last_contact_time, extremes[1]);
+    }
   }
   if (held_from_ >= 0.0) {
     counts_.first_contact_time = counts_.first_contact_time < 0.0 ? held_from_ : counts_.first_contact_time;

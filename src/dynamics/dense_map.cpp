@@ -295,7 +295,7 @@ template <bool Level>
   const double together = of.together;
   for (std::size_t i = 0; i < count; ++i) {
     constexpr double kPerMetre = 1e-14;  // more than a position's rounding
-    const double gap = side * (position[i] + bound[i] - (Level ? height : heights[i]));
+    const double gap = side * (position[i] + bound[i] - (Level ? height : height + heights[i]));
     const bool reached = gap <= together + kPerMetre * std::abs(position[i]);
     near[i] = static_cast<std::uint8_t>(static_cast<int>(reached) | static_cast<int>(resting[i] != 0));
   }

@@ -2,11 +2,23 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <string>
+
+#include "udar/petsc/error.hpp"
 
 namespace udar {
 
-Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial)
-    : line_{&line}, loads_{&loads} {
+Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial, const Damping& damping)
+    : line_{&line}, loads_{&loads}, damping_{damping} {
+  const auto require = [](const char* option, double value, const char* unit) {
+    if (!(value >= 0.0) || !std::isfinite(value)) {
+      throw InputError{std::string{"option "} + option + ": " + std::to_string(value) +
+                       " is not allowed, expected a number >= 0 [" + unit + "]"};
+    }
+  };
+  require("-damping_mass", damping.mass, "1/s");
+  require("-damping_stiffness", damping.stiffness, "s");
   const BeamChain& beam = line.beam();
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   axis_.reserve(count);

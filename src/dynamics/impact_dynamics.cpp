@@ -63,6 +63,16 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   const MassState masses = initial_masses(beam, initial);
   refuse_overlap(masses);
   problem_.scale = motion_scale(masses, initial);
+  kinks_ = equations_->loads().kinks();
+  flows_ = equations_->damping().any();
+  for (const Support& support : contact_.supports()) {
+    if (support.motion) {
+      kinks_.insert(kinks_.end(), support.motion->time().begin(), support.motion->time().end());
+    }
+    flows_ = flows_ || support.motion || support.elastic();
+  }
+  std::ranges::sort(kinks_);
+  kinks_.erase(std::ranges::unique(kinks_).begin(), kinks_.end());
   if (parameters.surface == ContactSurface::line && !equations.line().parameters().unfiltered &&
       !contact_.supports().empty()) {
     line_contact_.emplace(equations_->line(), contact_.supports(),
@@ -88,9 +98,11 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
   const BeamChain& beam = equations_->beam();
   std::string overlap;
   for (const ContactRun& run : near_) {
+    const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
-      const double gap = run.side * (masses.position[node] - run.height(node));
-      if (gap < -contact_.together(masses.position[node], run.height(node))) {
+      const double height = run.height(node) + lift;
+      const double gap = run.side * (masses.position[node] - height);
+      if (gap < -contact_.together(masses.position[node], height)) {
         const Support& support = contact_.supports()[static_cast<std::size_t>(run.support)];
         const bool floor = std::isinf(support.width);
         std::ostringstream message;
@@ -98,7 +110,7 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
                 << (!support.profile.x.empty() ? "-ground_profile"
                     : floor                    ? "-floor_height"
                                                : "-support_height")
-                << ": " << run.height(node) << " is not allowed, "
+                << ": " << height << " is not allowed, "
                 << (floor ? "the ground" : "support " + std::to_string(run.support))
                 << " overlaps the beam at the start, by " << -gap
                 << " m at x = " << beam.position(beam.begin() + static_cast<PetscInt>(node))
@@ -120,8 +132,9 @@ MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialS
     largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
   }
   for (const ContactRun& run : near_) {
+    const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
-      largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height(node)));
+      largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height(node) - lift));
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
@@ -142,7 +155,7 @@ TSType ImpactDynamics::default_type() const {
   if (equations_->line().parameters().unfiltered) {
     return kTsMoreau;
   }
-  if (line_contact_) {
+  if (line_contact_ || flows_) {
     return kTsImpact;
   }
   PetscInt nodes = 0;
@@ -151,6 +164,45 @@ TSType ImpactDynamics::default_type() const {
   }
   MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPIU_INT, MPI_SUM, equations_->beam().comm());
   return nodes <= kFew ? kTsChebyshev : kTsImpact;
+}
+
+/// Moving and elastic supports need an integrator that knows them.
+void ImpactDynamics::refuse_supports() const {
+  TSType type = nullptr;
+  UDAR_CALL(TSGetType(ts_, &type));
+  const std::string_view name{type};
+  if (equations_->damping().any() && (contact_.runs_on_line() || name == kTsChebyshev)) {
+    throw InputError{
+        contact_.runs_on_line()
+            ? "option -damping_mass, -damping_stiffness: damping is not allowed with -contact_surface line "
+              "or -filter_frequency none, whose line would need a rate of its own [1/s, s]"
+            : "option -ts_type: chebyshev is not allowed with -damping_mass or -damping_stiffness, expected "
+              "impact or rk: its series are those of cos and sin of an undamped motion"};
+  }
+  for (const Support& support : contact_.supports()) {
+    if (support.motion) {
+      support.motion->require_smooth(end_time_);
+    }
+    const bool falls = support.yield_speed < kNever;
+    if (!support.motion && !support.elastic() && !(falls && contact_.runs_on_line())) {
+      continue;
+    }
+    const std::string option = support.motion      ? "-support_motion"
+                               : support.elastic() ? "-support_stiffness"
+                                                   : "-support_yield_speed";
+    if (contact_.runs_on_line()) {
+      throw InputError{"option " + option +
+                       ": supports that move, give way or yield are met by masses; not allowed with -contact_surface "
+                       "line or -filter_frequency none"};
+    }
+    if (name == kTsChebyshev) {
+      throw InputError{"option -ts_type: chebyshev is not allowed with " + option +
+                       ", expected impact or rk: its "
+                       "series know one constant matrix and forces linear in time, while " +
+                       (support.motion ? "resting masses would be driven by the cubic motion of their support"
+                                       : "every mass in contact would change the matrix")};
+    }
+  }
 }
 
 void ImpactDynamics::configure_stepper() {
@@ -193,6 +245,7 @@ void ImpactDynamics::configure_stepper() {
     throw InputError{"option -ts_max_time: " + std::to_string(end_time_) +
                      " is not allowed, expected a number > 0 [s]"};
   }
+  refuse_supports();
   stepper_ = stepper_inside(ts_);
   if (equations_->line().parameters().unfiltered && (stepper_ == nullptr || !stepper_->fixed_step())) {
     throw InputError{"option -ts_type: the unfiltered beam (-filter_frequency none) is integrated by moreau alone"};
@@ -306,18 +359,29 @@ void ImpactDynamics::snapshot(double time, double until) {
   shown_shear_.resize(count_);
   equations_->line().shear(shown_line_.moment, shown_shear_);
   const std::vector<double>& given = contact_.support_impulses();
-  std::vector<double> sums(2 + given.size(), 0.0);  // within the step
+  constexpr std::size_t kEnergies = 5;
+  std::vector<double> sums(kEnergies + given.size(), 0.0);  // within the step
   sums[0] = contact_.lost_before(time);
-  contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, std::span{sums}.subspan(2));
+  contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0,
+                        std::span{sums}.subspan(kEnergies));
   if (equations_->loads().time_dependent()) {
     sums[1] = load_work_ + changing_load_work(time);
+  }
+  if (flows_) {
+    const EnergyFlow flow = stepper_->flow(time);
+    sums[2] = flow.work;
+    sums[3] = flow.damped;
+    sums[4] = contact_.spring_energy(time, shown_.position);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
                 equations_->beam().comm());
   shown_impulse_.resize(given.size());
-  std::transform(given.begin(), given.end(), sums.begin() + 2, shown_impulse_.begin(), std::plus{});
+  std::transform(given.begin(), given.end(), sums.begin() + kEnergies, shown_impulse_.begin(), std::plus{});
   now.lost_in_impacts = contact_.counts().lost + sums[0];
   now.load_work = sums[1];
+  now.support_work = contact_.counts().work + sums[2];
+  now.lost_in_dampers = contact_.counts().damped + sums[3];
+  now.support_springs = sums[4];
   largest_kinetic_ = std::max(largest_kinetic_, now.kinetic);
   now.initial = ledger_.initial;
   now.scale = std::max(std::abs(now.initial), largest_kinetic_);
@@ -362,7 +426,8 @@ void ImpactDynamics::start() {
       const std::vector<double> stretch = equations_->line_stretch(line);
       for (const ContactRun& run : near_) {
         for (std::size_t node = run.first; node < run.last; ++node) {
-          contact_.line_at(run.side * (state.values()[node] + stretch[node] - run.height(node)), node, time_);
+          const double height = run.height(node) + run.lift(time_).height;
+          contact_.line_at(run.side * (state.values()[node] + stretch[node] - height), node, time_);
         }
       }
     }
@@ -392,11 +457,10 @@ void ImpactDynamics::start() {
 /// The next step ends at the latest at a kink of a load table or at the end of the run.
 void ImpactDynamics::limit_step(double next_step) {
   wanted_step_ = next_step;
-  const auto& kinks = equations_->loads().kinks();
-  const auto kink = std::ranges::upper_bound(kinks, time_ + time_resolution(time_));
+  const auto kink = std::ranges::upper_bound(kinks_, time_ + time_resolution(time_));
   double step = std::min(next_step, end_time_ - time_);
   step_was_cut_ = false;
-  if (!stepper_->fixed_step() && kink != kinks.end() && time_ + step > *kink) {
+  if (!stepper_->fixed_step() && kink != kinks_.end() && time_ + step > *kink) {
     step = *kink - time_;
     step_was_cut_ = true;
   }
@@ -527,6 +591,8 @@ MotionState ImpactDynamics::save() const {
                    {"first_contact_time", counts.first_contact_time},
                    {"last_contact_time", counts.last_contact_time},
                    {"lost_in_impacts", counts.lost},
+                   {"support_work", counts.work},
+                   {"lost_in_dampers", counts.damped},
                    {"initial_energy", ledger_.initial},
                    {"largest_kinetic", largest_kinetic_},
                    {"load_work", work},
@@ -570,6 +636,8 @@ void ImpactDynamics::restore(const MotionState& state) {
   counts.first_contact_time = state.scalar("first_contact_time");
   counts.last_contact_time = state.scalar("last_contact_time");
   counts.lost = state.scalar("lost_in_impacts");
+  counts.work = state.scalar("support_work");
+  counts.damped = state.scalar("lost_in_dampers");
   contact_.restore(
       std::vector<std::int32_t>(resting.begin(), resting.end()), counts,
       {.gap = state.scalar("line_gap"), .x = state.scalar("line_gap_x"), .time = state.scalar("line_gap_time")},

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,6 +24,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kInstantWindow = 1e-2;
 // Newton's method on the exact step converges quadratically; more corrections mean a grazing contact, met well enough.
 constexpr int kMostCorrections = 12;
+// How a restart file keeps what holds a mass: how, whether since now, and by which side.
+constexpr int kFresh = 4;
+constexpr int kAbove = 8;
 
 /// Integral over [0, theta] of the polynomial, times the step length; Gauss-Legendre, exact to degree 5.
 double integral(const StepPolynomial& polynomial, double theta, double length) {
@@ -62,6 +66,14 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
     UDAR_CALL(TSRKGetTableau(stepper_, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, &same_as_last));
     last_stage_at_end_ = same_as_last == PETSC_TRUE;
   }
+  damping_ = equations_->damping();
+  plain_ = !damping_.any();
+  for (const Support& support : contact_->supports()) {  // the same on every rank
+    plain_ = plain_ && !support.motion && !support.elastic();
+  }
+  for (const ContactRun& run : contact_->runs()) {
+    holds_.emplace_back(run.elastic() ? run.last - run.first : 0);
+  }
   UDAR_CALL(TSGetSolution(stepper_, &state_));
   UDAR_CALL(VecDuplicate(state_, start_state_.put()));
   UDAR_CALL(TSSetRHSFunction(stepper_, nullptr, rhs_callback, this));
@@ -82,18 +94,82 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
     equations_->evaluate(time, {now.values(), count_}, last_);
     line = &last_;
   }
+  if (damping_.stiffness != 0.0) {
+    stage_rate_.resize(count_);
+    equations_->evaluate_rate(time, {now.values() + count_, count_}, stage_rate_);
+  }
   const WriteArray change{rate};
   for (std::size_t i = 0; i < count_; ++i) {
     const bool moves = !contact_->resting(i);
     change.values()[i] = moves ? now.values()[count_ + i] : 0.0;
     change.values()[count_ + i] = moves ? wf2_ * line->stretch[i] : 0.0;
+    if (damping_.any() && moves) {
+      const double turn = damping_.stiffness != 0.0 ? stage_rate_[i] : 0.0;
+      change.values()[count_ + i] += damping_.stiffness * wf2_ * turn - damping_.mass * now.values()[count_ + i];
+    }
+  }
+  for (const ContactRun& run : contact_->runs()) {
+    const SupportMotion::State lift = run.lift(time, start_.time);
+    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
+      if (contact_->resting_on(node, run)) {
+        change.values()[node] = lift.velocity;
+        change.values()[count_ + node] = lift.acceleration;
+      } else {
+        change.values()[count_ + node] += contact_acceleration(
+            run, node, {.position = now.values()[node], .velocity = now.values()[count_ + node]}, time);
+      }
+    }
   }
 }
 
+/// @param rate d', where the structure is damped
+void LocatedSteps::find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
+                                      std::vector<double>& result, std::vector<double>& bend) {
+  const double time = line.time;
+  result.resize(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    result[i] = contact_->resting(i) ? 0.0 : wf2_ * line.stretch[i];
+    if (damping_.any() && !contact_->resting(i)) {
+      result[i] += damping_.stiffness * wf2_ * rate[i] - damping_.mass * state[count_ + i];
+    }
+  }
+  for (const ContactRun& run : contact_->runs()) {
+    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
+      if (contact_->resting_on(node, run)) {
+        result[node] = run.lift(time, start_.time).acceleration;
+      } else {
+        result[node] +=
+            contact_acceleration(run, node, {.position = state[node], .velocity = state[count_ + node]}, time);
+      }
+    }
+  }
+  if (damping_.any()) {
+    bend.resize(count_);
+    equations_->line().solve(result, {}, bend, {});
+  }
+}
+
+double LocatedSteps::contact_acceleration(const ContactRun& run, std::size_t node, const Kinematics& mass,
+                                          double time) const {
+  if (!run.elastic() || hold_of(run, node).touch != local::Touch::press) {
+    return 0.0;
+  }
+  const Kinematics open = gap(run, mass, node, time);
+  return -run.side * (run.stiffness * open.position + run.damping * open.velocity);
+}
+
+Kinematics LocatedSteps::gap(const ContactRun& run, const Kinematics& mass, std::size_t node, double time) const {
+  const SupportMotion::State lift = run.lift(time, start_.time);
+  return {.position = run.side * (mass.position - run.height(node) - lift.height),
+          .velocity = run.side * (mass.velocity - lift.velocity),
+          .acceleration = run.side * (mass.acceleration - lift.acceleration)};
+}
+
 Kinematics LocatedSteps::kinematics(std::size_t node, const double* state, const LineState& line) const {
-  return {.position = state[node],
-          .velocity = state[count_ + node],
-          .acceleration = !contact_->resting(node) ? wf2_ * line.stretch[node] : 0.0};
+  const double acceleration = plain_           ? (!contact_->resting(node) ? wf2_ * line.stretch[node] : 0.0)
+                              : &line == &end_ ? end_acceleration_[node]
+                                               : start_acceleration_[node];
+  return {.position = state[node], .velocity = state[count_ + node], .acceleration = acceleration};
 }
 
 StepPolynomial LocatedSteps::polynomial(std::size_t node) const {
@@ -107,7 +183,7 @@ void LocatedSteps::load_end(double time) {
   } else {
     equations_->evaluate(time, {end.values(), count_}, end_);
   }
-  if (contact_->counts().resting > 0) {
+  if (contact_->counts().resting > 0 || damping_.any()) {
     if (!start_rate_valid_) {
       start_rate_.resize(count_);
       const ReadArray start{start_state_};
@@ -117,6 +193,22 @@ void LocatedSteps::load_end(double time) {
     end_rate_.resize(count_);
     equations_->evaluate_rate(time, {end.values() + count_, count_}, end_rate_);
   }
+  if (!plain_) {
+    find_accelerations(end.values(), end_, end_rate_, end_acceleration_, end_bend_);
+  }
+}
+
+LocatedSteps::Pull LocatedSteps::pull(const ContactRun& run, std::size_t node, bool at_end) const {
+  const double time = at_end ? end_.time : start_.time;
+  const double length = end_.time - start_.time;
+  const SupportMotion::State lift = run.lift(time, start_.time);
+  const double before = run.lift(start_.time, start_.time).acceleration;
+  const double jerk = length > 0.0 ? (run.lift(end_.time, start_.time).acceleration - before) / length : 0.0;
+  const double rate = (at_end ? end_rate_ : start_rate_)[node];
+  const double bend = damping_.any() ? (at_end ? end_bend_ : start_bend_)[node] : 0.0;
+  return {.value = (at_end ? end_ : start_).stretch[node] + damping_.stiffness * rate -
+                   (lift.acceleration + damping_.mass * lift.velocity) / wf2_,
+          .rate = rate + damping_.stiffness * bend - (jerk + damping_.mass * lift.acceleration) / wf2_};
 }
 
 /// Fills `candidates_` with every event on the dense output of the step and returns the earliest time on any rank.
@@ -133,8 +225,10 @@ double LocatedSteps::survey(double length) {
 
 void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length) {
   if (contact_->resting_on(node, run)) {
-    const auto pressing = cubic_bernstein(-run.side * start_.stretch[node], -run.side * start_rate_[node],
-                                          -run.side * end_.stretch[node], -run.side * end_rate_[node], length);
+    const Pull first = pull(run, node, false);
+    const Pull last = pull(run, node, true);
+    const auto pressing = cubic_bernstein(-run.side * first.value, -run.side * first.rate, -run.side * last.value,
+                                          -run.side * last.rate, length);
     if (const auto theta = first_closing(pressing, 0)) {
       const double s = 1.0 - *theta;
       const double slope = -3.0 / length *
@@ -147,13 +241,11 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
   if (contact_->resting(node)) {
     return;  // on another support
   }
-  const auto seen = [&run, node](Kinematics motion) {
-    return Kinematics{.position = run.side * (motion.position - run.height(node)),
-                      .velocity = run.side * motion.velocity,
-                      .acceleration = run.side * motion.acceleration};
-  };
-  Kinematics start = seen(kinematics(node, start_values_, start_));
-  const Kinematics end = seen(kinematics(node, end_values_, end_));
+  if (run.elastic() && hold_of(run, node).touch != local::Touch::off) {
+    return survey_hold(run, node, length);
+  }
+  Kinematics start = gap(run, kinematics(node, start_values_, start_), node, start_.time);
+  const Kinematics end = gap(run, kinematics(node, end_values_, end_), node, end_.time);
   // Inside one step, which resolves the motion, a gap changes by less than twice the larger end speed times the step.
   const double reach = 2.0 * length * std::max(std::abs(start.velocity), std::abs(end.velocity));
   if (std::min(start.position, end.position) > reach && start.position > 0.0) {
@@ -163,13 +255,48 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
   if (start.position <= 0.0 && start.velocity >= 0.0) {
     start.position = 0.0;
     touching = 1;
-    if (start.velocity == 0.0) {
+    if (start.velocity == 0.0 && run.elastic()) {
+      touching = 2;
+    } else if (start.velocity == 0.0) {
       start.acceleration = std::max(start.acceleration, 0.0);  // just released: zero but for round-off
       touching = 2;
     }
   }
   if (const auto theta = first_closing(StepPolynomial{start, end, length}.bernstein(), touching)) {
     candidates_.push_back({.run = &run, .node = node, .time = start_.time + *theta * length, .slope = 0.0});
+  }
+}
+
+/// A closed gap: when its force falls to zero or, where it has none, comes back or the gap opens.
+void LocatedSteps::survey_hold(const ContactRun& run, std::size_t node, double length) {
+  const Hold& hold = hold_of(run, node);
+  const StepPolynomial open{gap(run, kinematics(node, start_values_, start_), node, start_.time),
+                            gap(run, kinematics(node, end_values_, end_), node, end_.time), length};
+  const bool slack = hold.touch == local::Touch::slack;
+  const auto& c = open.bernstein();
+  constexpr double kDegree = 5.0;
+  std::array<double, 6> force{};
+  std::array<double, 6> depth{};
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    // The rate, of degree four, raised to five.
+    const double share = static_cast<double>(i) / kDegree;
+    const double rate = (i > 0 ? share * (c[i] - c[i - 1]) : 0.0) + (i < 5 ? (1.0 - share) * (c[i + 1] - c[i]) : 0.0);
+    force[i] = (slack ? 1.0 : -1.0) * (run.stiffness * c[i] + run.damping * kDegree / length * rate);
+    depth[i] = -c[i];
+  }
+  const auto add = [&](std::optional<double> theta, bool opens) {
+    if (theta) {
+      candidates_.push_back(
+          {.run = &run, .node = node, .time = start_.time + *theta * length, .slope = 0.0, .opens = opens});
+    }
+    return theta.has_value();
+  };
+  const auto back = first_closing(force, hold.fresh ? 1 : 0);
+  const auto out = slack ? first_closing(depth, 0) : std::nullopt;
+  if (out && (!back || *out < *back)) {
+    add(out, true);
+  } else {
+    add(back, !slack && run.damping == 0.0);
   }
 }
 
@@ -200,14 +327,21 @@ double LocatedSteps::repeat_step(double time) {
 /// The instant of a candidate as the state at `time` corrects it.
 double LocatedSteps::corrected_time(const Candidate& candidate, double time) const {
   const std::size_t node = candidate.node;
-  const double side = candidate.run->side;
+  const ContactRun& run = *candidate.run;
   if (contact_->resting(node)) {
-    return candidate.slope > 0.0 ? time - side * end_.stretch[node] / candidate.slope : candidate.time;
+    return candidate.slope > 0.0 ? time - run.side * pull(run, node, true).value / candidate.slope : candidate.time;
   }
   const ReadArray end{state_};
-  const double gap = side * (end.values()[node] - candidate.run->height(node));
-  const double speed = side * end.values()[count_ + node];
-  return speed < 0.0 ? time - gap / speed : candidate.time;
+  Kinematics open = gap(run, kinematics(node, end.values(), end_), node, time);
+  const local::Touch touch = run.elastic() ? hold_of(run, node).touch : local::Touch::off;
+  if (touch != local::Touch::off && !candidate.opens) {
+    const double sign = touch == local::Touch::slack ? 1.0 : -1.0;
+    open = {.position = sign * (run.stiffness * open.position + run.damping * open.velocity),
+            .velocity = sign * (run.stiffness * open.velocity + run.damping * open.acceleration)};
+  } else if (touch != local::Touch::off) {
+    open = {.position = -open.position, .velocity = -open.velocity};
+  }
+  return open.velocity < 0.0 ? time - open.position / open.velocity : candidate.time;
 }
 
 /// Moves the end of the step to the first event; returns its time.
@@ -219,9 +353,11 @@ double LocatedSteps::hit(double event_time, double step_end) {
     if (target - start_.time <= time_resolution(start_.time)) {
       return_to_start();
       end_ = start_;
-      if (contact_->counts().resting > 0) {
+      end_acceleration_ = start_acceleration_;
+      if (start_rate_valid_) {
         end_rate_ = start_rate_;
       }
+      end_bend_ = start_bend_;
       return start_.time;
     }
     reached = repeat_step(target);
@@ -242,17 +378,135 @@ double LocatedSteps::hit(double event_time, double step_end) {
 }
 
 double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double theta) const {
-  double line = 0.0;
-  if (contact_->resting(node)) {
-    const double length = end_.time - start_.time;
-    line = start_values_[node] + bernstein_value(cubic_bernstein(start_.stretch[node], start_rate_[node],
-                                                                 end_.stretch[node], end_rate_[node], length),
-                                                 theta);
-  } else {
-    const StepPolynomial motion = polynomial(node);
-    line = motion.position(theta) + motion.acceleration(theta) / wf2_;
+  const double place = contact_->resting(node) && plain_ ? start_values_[node] : polynomial(node).position(theta);
+  const double lift = run.lift(start_.time + theta * (end_.time - start_.time), start_.time).height;
+  const double line = place + stretch(run, node, theta) - amplitude_offset(node, theta);
+  return run.side * (line - run.height(node) - lift);
+}
+
+StepPolynomial LocatedSteps::stretch_polynomial(std::size_t node) const {
+  return {{.position = start_.stretch[node], .velocity = start_rate_[node], .acceleration = start_bend_[node]},
+          {.position = end_.stretch[node], .velocity = end_rate_[node], .acceleration = end_bend_[node]},
+          end_.time - start_.time};
+}
+
+/// Of the line from a mass that this support, if any, touches.
+double LocatedSteps::stretch(const ContactRun& run, std::size_t node, double theta) const {
+  const double length = end_.time - start_.time;
+  if (damping_.any()) {
+    return stretch_polynomial(node).position(theta);
   }
-  return run.side * (line - amplitude_offset(node, theta) - run.height(node));
+  if (contact_->resting(node)) {
+    return bernstein_value(
+        cubic_bernstein(start_.stretch[node], start_rate_[node], end_.stretch[node], end_rate_[node], length), theta);
+  }
+  const StepPolynomial motion = polynomial(node);
+  const Kinematics mass{.position = motion.position(theta), .velocity = motion.velocity(theta)};
+  return (motion.acceleration(theta) - contact_acceleration(run, node, mass, start_.time + theta * length)) / wf2_;
+}
+
+LocatedSteps::Given LocatedSteps::given(const ContactRun& run, std::size_t node, double theta) const {
+  Given sum;
+  const double length = end_.time - start_.time;
+  const bool rests = contact_->resting_on(node, run);
+  const local::Touch touch = run.elastic() ? hold_of(run, node).touch : local::Touch::off;
+  if (length <= 0.0 || (!rests && touch == local::Touch::off)) {
+    return sum;
+  }
+  const StepPolynomial motion = polynomial(node);
+  const auto open = [&](double share) {
+    return gap(run, {.position = motion.position(share), .velocity = motion.velocity(share)}, node,
+               start_.time + share * length);
+  };
+  if (touch == local::Touch::slack) {
+    const double from = open(0.0).position;
+    const double to = open(theta).position;
+    sum.flow.damped = 0.5 * run.stiffness * (from * from - to * to);
+    return sum;
+  }
+  for (const auto& [at, weight] : local::detail::kGauss) {
+    const double share = at * theta;
+    const double time = start_.time + share * length;
+    const SupportMotion::State lift = run.lift(time, start_.time);
+    const double span = weight * theta * length;
+    double push = 0.0;
+    if (rests) {
+      push = lift.acceleration + damping_.mass * lift.velocity - wf2_ * stretch(run, node, share);
+      push -= damping_.any() ? damping_.stiffness * wf2_ * stretch_polynomial(node).velocity(share) : 0.0;
+    } else {
+      const Kinematics now = open(share);
+      push = -run.side * (run.stiffness * now.position + run.damping * now.velocity);
+      sum.flow.damped += run.damping * now.velocity * now.velocity * span;
+    }
+    sum.push += push * span;
+    sum.flow.work += push * lift.velocity * span;
+  }
+  return sum;
+}
+
+EnergyFlow LocatedSteps::flow(double until) const {
+  EnergyFlow sum;
+  const double length = end_.time - start_.time;
+  const double share = length > 0.0 ? std::clamp((until - start_.time) / length, 0.0, 1.0) : 0.0;
+  for (std::size_t i = 0; i < count_ && damping_.any() && length > 0.0; ++i) {
+    const StepPolynomial motion = polynomial(i);
+    const StepPolynomial line = stretch_polynomial(i);
+    for (const auto& [at, weight] : local::detail::kGauss) {
+      const double speed = motion.velocity(at * share);
+      const double taken = damping_.mass * speed - damping_.stiffness * wf2_ * line.velocity(at * share);
+      sum.damped += equations_->line().mass()[i] * weight * share * length * speed * taken;
+    }
+  }
+  for (const ContactRun& run : contact_->runs()) {
+    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
+      const EnergyFlow one = given(run, node, share).flow;
+      sum.work += equations_->line().mass()[node] * one.work;
+      sum.damped += equations_->line().mass()[node] * one.damped;
+    }
+  }
+  return sum;
+}
+
+/// Masses at rest on moving supports are where these are, whatever the integrator made of it.
+void LocatedSteps::ride() {
+  const WriteArray state{state_};
+  for (const ContactRun& run : contact_->runs()) {
+    const SupportMotion::State lift = run.lift(end_.time, start_.time);
+    for (std::size_t node = run.first; node < run.last && run.motion; ++node) {
+      if (contact_->resting_on(node, run)) {
+        state.values()[node] = run.height(node) + lift.height;
+        state.values()[count_ + node] = lift.velocity;
+      }
+    }
+  }
+}
+
+/// Masses begin and end to press on supports that are not rigid.
+void LocatedSteps::change_holds() {
+  for (auto& of_run : holds_) {
+    for (Hold& hold : of_run) {
+      hold.fresh = false;
+    }
+  }
+  const WriteArray state{state_};
+  for (const Candidate& candidate : candidates_) {
+    const ContactRun& run = *candidate.run;
+    const std::size_t node = candidate.node;
+    if (!event_ || !run.elastic() ||
+        corrected_time(candidate, end_.time) > end_.time + 2.0 * time_resolution(end_.time)) {
+      continue;
+    }
+    Hold& hold = holds_[index_of(run)][node - run.first];
+    const SupportMotion::State lift = run.lift(end_.time, start_.time);
+    const double speed = run.side * (state.values()[count_ + node] - lift.velocity);
+    if (hold.touch == local::Touch::off || candidate.opens) {
+      state.values()[node] = run.height(node) + lift.height;
+    }
+    hold.fresh = !candidate.opens && (hold.touch != local::Touch::off || run.damping == 0.0 || speed == 0.0);
+    hold.touch = candidate.opens                     ? local::Touch::off
+                 : hold.touch == local::Touch::press ? local::Touch::slack
+                                                     : local::Touch::press;
+  }
 }
 
 /// Impulses of the forces that held the line in the step, by Simpson's rule: one more line solve.
@@ -290,11 +544,13 @@ void LocatedSteps::track_line_contact() {
 void LocatedSteps::track_contact() {
   const double length = end_.time - start_.time;
   for (const ContactRun& run : contact_->runs()) {
+    const double from = run.lift(start_.time, start_.time).height;
+    const double to = run.lift(end_.time, start_.time).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
-      const double first =
-          run.side * (start_values_[node] + start_.stretch[node] - amplitude_offset(node, 0.0) - run.height(node));
+      const double first = run.side * (start_values_[node] + start_.stretch[node] - amplitude_offset(node, 0.0) -
+                                       run.height(node) - from);
       const double last =
-          run.side * (end_values_[node] + end_.stretch[node] - amplitude_offset(node, 1.0) - run.height(node));
+          run.side * (end_values_[node] + end_.stretch[node] - amplitude_offset(node, 1.0) - run.height(node) - to);
       contact_->line_at(last, node, end_.time);
       // The minimum may lie inside the step: look there when the ends are close enough to the smallest gap so far.
       if (length > 0.0 && contact_->smallest(std::min(first, last) - std::abs(last - first))) {
@@ -302,9 +558,17 @@ void LocatedSteps::track_contact() {
           contact_->line_at(line_gap(run, node, theta), node, start_.time + theta * length);
         }
       }
-      if (length > 0.0 && contact_->resting_on(node, run)) {
+      if (!run.plain()) {
+        const Given all = given(run, node, 1.0);
+        const double mass = equations_->line().mass()[node];
+        contact_->press(run.support, mass * all.push);
+        if (length > 0.0 && run.elastic() && hold_of(run, node).touch != local::Touch::off) {
+          contact_->touch(node, start_.time, end_.time);
+        }
+      } else if (length > 0.0 && contact_->resting_on(node, run)) {
         const double stretch = 0.5 * length * (start_.stretch[node] + end_.stretch[node]) +
-                               length * length / 12.0 * (start_rate_[node] - end_rate_[node]);
+                               length * length / 12.0 * (start_rate_[node] - end_rate_[node]) +
+                               damping_.stiffness * (end_.stretch[node] - start_.stretch[node]);
         contact_->press(run.support, -wf2_ * equations_->line().mass()[node] * stretch);
       }
     }
@@ -336,6 +600,10 @@ double LocatedSteps::end_step() {
     time = hit(event_time, time);
     next_step_ = length;  // what the error control had accepted before the event cut the step
   }
+  if (!plain_) {
+    ride();
+    contact_->flow(flow(time));
+  }
   track_contact();
   if (equations_->line_contact() != nullptr) {
     track_line_contact();
@@ -344,18 +612,26 @@ double LocatedSteps::end_step() {
 }
 
 void LocatedSteps::apply_events() {
+  if (!plain_) {
+    change_holds();
+  }
   if (!event_) {
     return;
   }
   const double time = end_.time;
   std::vector<std::int32_t> due(count_, 0);
   for (const Candidate& candidate : candidates_) {
-    if (corrected_time(candidate, time) <= time + 2.0 * time_resolution(time)) {
+    if (!candidate.run->elastic() && corrected_time(candidate, time) <= time + 2.0 * time_resolution(time)) {
       due[candidate.node] = candidate.run->support + 1;
     }
   }
   const WriteArray state{state_};
-  contact_->resolve(time, due, wf2_, {state.values(), count_}, {state.values() + count_, count_}, end_.stretch);
+  std::vector<double> damped;  // as the stretch of a mass without speed pulls
+  for (std::size_t i = 0; i < count_ && damping_.any(); ++i) {
+    damped.push_back(end_.stretch[i] + damping_.stiffness * (end_rate_[i] + state.values()[count_ + i]));
+  }
+  contact_->resolve(time, due, wf2_, {state.values(), count_}, {state.values() + count_, count_},
+                    damping_.any() ? damped : end_.stretch);
 }
 
 void LocatedSteps::start(const LineState& line) {
@@ -370,6 +646,14 @@ void LocatedSteps::begin_step() {
   UDAR_CALL(VecCopy(state_, start_state_));
   start_values_ = ReadArray{start_state_}.values();  // PETSc's own vectors stay where they are
   end_values_ = ReadArray{state_}.values();
+  if (!plain_) {
+    if (damping_.any()) {
+      start_rate_.resize(count_);
+      equations_->evaluate_rate(start_.time, {start_values_ + count_, count_}, start_rate_);
+      start_rate_valid_ = true;
+    }
+    find_accelerations(start_values_, start_, start_rate_, start_acceleration_, start_bend_);
+  }
   UDAR_CALL(TSRestartStep(stepper_));
 }
 
@@ -379,7 +663,8 @@ void LocatedSteps::masses(double time, std::span<double> position, std::span<dou
   const double theta = length > 0.0 ? std::clamp((time - start_.time) / length, 0.0, 1.0) : 1.0;
   for (std::size_t i = 0; i < count_; ++i) {
     resting[i] = contact_->resting(i) ? 1 : 0;
-    if (length > 0.0 && resting[i] == 0) {
+    // At the end the state itself: a step of some units in the last place has no slope.
+    if (theta < 1.0 && (resting[i] == 0 || !plain_)) {
       const StepPolynomial motion = polynomial(i);
       position[i] = motion.position(theta);
       velocity[i] = motion.velocity(theta);
@@ -397,12 +682,23 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
     return 0.0;
   }
   const double theta = std::min(elapsed / length, 1.0);
-  if (contact_->resting(node)) {
+  if (contact_->resting(node) && plain_) {
     const double end = (1.0 - theta) * start_.stretch[node] + theta * end_.stretch[node];
     return elapsed * (start_values_[node] + 0.5 * (start_.stretch[node] + end));
   }
   const StepPolynomial motion = polynomial(node);
-  return integral(motion, theta, length) + (motion.velocity(theta) - motion.velocity(0.0)) / wf2_;
+  double pulled = motion.velocity(theta) - motion.velocity(0.0);  // by the line
+  if (damping_.any()) {
+    const StepPolynomial line = stretch_polynomial(node);
+    pulled = wf2_ * integral(line, theta, length);
+  }
+  for (const ContactRun& run : contact_->runs()) {
+    if (damping_.any()) {
+      break;  // the stretch is known by itself
+    }
+    pulled -= !plain_ && node >= run.first && node < run.last ? given(run, node, theta).push : 0.0;
+  }
+  return integral(motion, theta, length) + pulled / wf2_;
 }
 
 /// In a mode wf^2 times the amplitude is f - w^2 q: the integrals of the loads, linear in a step, and of the masses.
@@ -424,7 +720,7 @@ std::vector<double> LocatedSteps::amplitude_integrals(double until) const {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     const double place =
-        contact_->resting(i) ? start_values_[i] * elapsed : integral(polynomial(i), elapsed / length, length);
+        contact_->resting(i) && plain_ ? start_values_[i] * elapsed : integral(polynomial(i), elapsed / length, length);
     const double moved = place - equations_->axis()[i] * elapsed;
     for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
       const CorrectedMode& of = line.corrected_modes()[mode];
@@ -496,6 +792,17 @@ void LocatedSteps::save(MotionState& state) const {
   if (equations_->line_contact() != nullptr) {
     save_forces(*equations_->line_contact(), state);
   }
+  if (!plain_) {
+    std::vector<double>& touch = state.fields["touch"];
+    touch.assign(count_, 0.0);
+    for (const ContactRun& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last && run.elastic(); ++node) {
+        const Hold& hold = hold_of(run, node);
+        const int code = static_cast<int>(hold.touch) + (hold.fresh ? kFresh : 0);
+        touch[node] += code * (run.side > 0.0 ? 1 : kAbove);  // one on each side at most
+      }
+    }
+  }
   state.scalars["repeated_steps"] = static_cast<double>(repeated_steps_);
   state.scalars["rhs_evaluations"] = static_cast<double>(evaluations_);
 }
@@ -503,6 +810,15 @@ void LocatedSteps::save(MotionState& state) const {
 void LocatedSteps::restore(const MotionState& state) {
   repeated_steps_ = static_cast<PetscInt>(state.scalar("repeated_steps"));
   evaluations_ = static_cast<PetscInt>(state.scalar("rhs_evaluations"));
+  const std::vector<double> none;
+  const std::vector<double>& touch = plain_ ? none : state.field("touch", count_);
+  for (const ContactRun& run : contact_->runs()) {
+    for (std::size_t node = run.first; node < run.last && run.elastic(); ++node) {
+      const int code = static_cast<int>(touch[node]) / (run.side > 0.0 ? 1 : kAbove) % kAbove;
+      holds_[index_of(run)][node - run.first] = {.touch = static_cast<local::Touch>(code % kFresh),
+                                                 .fresh = code >= kFresh};
+    }
+  }
   LineState line = saved_line(state, count_);
   if (equations_->line_contact() != nullptr) {
     restore_forces(*equations_->line_contact(), state, line);

@@ -21,13 +21,16 @@ double bernstein(const double* series, std::size_t degree, std::size_t i) {
 }
 
 /// Bernstein coefficients and what is beyond, of the power series of a mass on the line's motion P [m].
-void bound_series(double angle, const std::array<double, kMostTerms>& line, double velocity,
+void bound_series(const StepScale& scale, const std::array<double, kMostTerms>& line, double velocity,
                   std::array<double, kBounds>& bounds, double& rest) {
   std::array<double, local::kMostPowers> series{};
   series[1] = velocity;
   for (std::size_t k = 0; k + 2 < series.size(); ++k) {
-    series[k + 2] =
-        angle * angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) / static_cast<double>((k + 1) * (k + 2));
+    const double rate = k + 1 < kMostTerms ? line[k + 1] : 0.0;
+    const double pull =
+        scale.angle * scale.angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) +
+        static_cast<double>(k + 1) * (scale.line_drag * rate - (scale.drag + scale.line_drag) * series[k + 1]);
+    series[k + 2] = pull / static_cast<double>((k + 1) * (k + 2));
   }
   rest = 0.0;
   for (std::size_t k = kBounds; k < series.size(); ++k) {
@@ -40,12 +43,14 @@ void bound_series(double angle, const std::array<double, kMostTerms>& line, doub
 
 }  // namespace
 
-DenseMap dense_map(double angle, std::size_t terms, double until) {
+DenseMap dense_map(const StepScale& scale, std::size_t terms, double until) {
   DenseMap map;
   local::Problem problem;
-  problem.angle = angle;
+  problem.angle = scale.angle;
+  problem.drag = scale.drag;
+  problem.line_drag = scale.line_drag;
   problem.terms = terms;
-  problem.powers = local::powers_for(angle);
+  problem.powers = local::powers_for(scale.angle + scale.drag + scale.line_drag);
   problem.until = until;
   problem.velocity = 1.0;
   local::Outcome outcome = local::advance(problem);
@@ -87,11 +92,11 @@ Square sweep_gain(const Square& line, double share, std::size_t terms) {
   return gain;
 }
 
-Reach reach_of(double angle, std::size_t terms) {
+Reach reach_of(const StepScale& scale, std::size_t terms) {
   Reach reach;
-  bound_series(angle, {}, 1.0, reach.start, reach.rest_of_start);
+  bound_series(scale, {}, 1.0, reach.start, reach.rest_of_start);
   for (std::size_t j = 0; j < terms; ++j) {
-    bound_series(angle, local::kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
+    bound_series(scale, local::kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
   }
   return reach;
 }

@@ -29,10 +29,19 @@ TouchingMasses::TouchingMasses(Sweep& sweep, ContactState& contact, const BeamCh
     }
   }
   first_run_.push_back(block_runs_.size());
+  lifts_.resize(contact.runs().size());
 }
 
 void TouchingMasses::begin(Tally& tally) {
   tally_ = &tally;
+  if (sweep_->begin != lifted_at_ || sweep_->step != lifted_over_) {
+    lifted_at_ = sweep_->begin;
+    lifted_over_ = sweep_->step;
+    for (std::size_t index = 0; index < lifts_.size(); ++index) {
+      const ContactRun& run = contact_->runs()[index];
+      lifts_[index] = run.motion ? run.motion->cubic(sweep_->begin, sweep_->step) : std::array<double, 4>{};
+    }
+  }
   touching_.clear();
   pressed_.clear();
   waiting_ = 0;
@@ -85,7 +94,9 @@ void TouchingMasses::at(double tau, std::span<double> position, std::span<double
 TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
   const std::size_t node = mass.node;
   Meeting meeting;
-  meeting.problem = {.angle = sweep_->angle(), .terms = sweep_->terms, .powers = local::powers_for(sweep_->angle())};
+  meeting.problem = {.angle = sweep_->angle(), .terms = sweep_->terms, .powers = sweep_->powers()};
+  meeting.problem.drag = sweep_->drag * sweep_->step;
+  meeting.problem.line_drag = sweep_->line_drag() * sweep_->step;
   local::Problem& problem = meeting.problem;
   problem.line = sweep_->line_powers(node);
   problem.velocity = sweep_->start[sweep_->count + node] * sweep_->step;
@@ -97,11 +108,19 @@ TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
     }
     const std::size_t index = run.side > 0.0 ? 0 : 1;
     local::Stop& stop = problem.stops[index];
-    const double at = run.height(node) - sweep_->start[node];
+    const std::array<double, 4>& lift = lifts_[of_block];
+    const double at = run.height(node) + lift[0] - sweep_->start[node];
     const bool rests = mass.resting == run.support + 1;
     const bool held = problem.resting == static_cast<int>(index);
     if (rests || (!held && (!stop.present || run.side * at > run.side * stop.at))) {
-      stop = {.at = at, .restitution = run.restitution, .yield_speed = run.yield_speed * sweep_->step, .present = true};
+      stop = {.at = at,
+              .restitution = run.restitution,
+              .yield_speed = run.yield_speed * sweep_->step,
+              .present = true,
+              .moves = run.motion != nullptr,
+              .path = {lift[1], lift[2], lift[3]},
+              .stiffness = run.stiffness * sweep_->step * sweep_->step,
+              .damping = run.damping * sweep_->step};
       meeting.runs[index] = &run;
     }
     if (rests) {
@@ -137,8 +156,9 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
     const std::span<const double> line = run.side > 0.0 ? line_high_ : line_low_;
     const std::size_t first = std::max(from, run.first);
     const std::size_t last = std::min(to, run.last);
+    const auto [lowest, highest] = reach_of_lift(index);
     mark_near({.side = run.side,
-               .height = run.level,
+               .height = run.level + (run.side > 0.0 ? highest : lowest),
                .heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first),
                .together = contact_->together(0.0, run.level)},
               last - first, sweep_->start + first, bound.data() + (first - from),
@@ -154,7 +174,8 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
           continue;
         }
         // Most resting masses are pressed down all along the step: nothing to compute.
-        if (run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
+        if (run.plain() && sweep_->line_damping == 0.0 &&
+            run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
           free_[i] = 0.0;
           pressed_.push_back({.run = &run, .node = node});
           for (std::size_t j = 0; j < sweep_->terms && !sweep_->predict; ++j) {
@@ -217,7 +238,7 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
   for (const std::size_t at : runs_at(node)) {
     const ContactRun& run = contact_->runs()[at];
     if (node >= run.first && node < run.last) {
-      simple = simple && only == nullptr &&
+      simple = simple && run.plain() && !sweep_->damped() && only == nullptr &&
                run.side * (sweep_->start[node] - run.height(node)) >
                    contact_->together(sweep_->start[node], run.height(node));
       only = &run;
@@ -246,8 +267,7 @@ void TouchingMasses::finish_batch(Largest& largest) {
   if (waiting_ == 0) {
     return;
   }
-  local::advance(batch_, sweep_->angle(), sweep_->terms, local::powers_for(sweep_->angle()),
-                 contact_->parameters().hop_tolerance);
+  local::advance(batch_, sweep_->angle(), sweep_->terms, sweep_->powers(), contact_->parameters().hop_tolerance);
   for (std::size_t lane = 0; lane < waiting_; ++lane) {
     Touching& mass = touching_[batch_mass_[lane]];
     if (batch_.simple[lane] == 0.0) {
@@ -300,8 +320,9 @@ void TouchingMasses::take(const Touching& mass, const Moments& before, const loc
     }
     sweep_->set_moment(j, node, next);
   }
-  sweep_->end[node] = rests != nullptr ? rests->height(node) : sweep_->start[node] + outcome.displacement;
-  sweep_->end[sweep_->count + node] = rests != nullptr ? 0.0 : outcome.velocity / sweep_->step;
+  const bool still = rests != nullptr && rests->plain();
+  sweep_->end[node] = still ? rests->height(node) : sweep_->start[node] + outcome.displacement;
+  sweep_->end[sweep_->count + node] = still ? 0.0 : outcome.velocity / sweep_->step;
   largest.finite =
       largest.finite && std::isfinite(sweep_->end[node]) && std::isfinite(sweep_->end[sweep_->count + node]);
   if (outcome.impacts > 0) {
@@ -320,22 +341,31 @@ void TouchingMasses::write_journal() {
     std::size_t node;
     [[nodiscard]] const ContactRun& run(int stop) const { return *meeting->runs[static_cast<std::size_t>(stop)]; }
     [[nodiscard]] double at(double tau) const { return self->sweep_->begin + tau * self->sweep_->step; }
+    [[nodiscard]] double ground(int stop, double tau) const {
+      return meeting->problem.stops[static_cast<std::size_t>(stop)].speed(tau);
+    }
     void impact(int stop, double tau, double before, double after) const {
-      self->tell_impact(run(stop), node, tau, before, after);
+      self->tell_impact(run(stop), node, tau, before, after, ground(stop, tau));
     }
     void rest(int stop, double tau, double speed) const {
+      const double push = -run(stop).side * speed;
       self->contact_->rest(run(stop), node, at(tau), self->energy(node, speed / self->sweep_->step));
       if (speed != 0.0) {  // the support also took what is left of the rebound
-        const double momentum = self->sweep_->mass[node] * speed / self->sweep_->step;
-        self->contact_->press(run(stop).support, -run(stop).side * momentum, at(tau), at(tau));
+        const double change = push / self->sweep_->step;
+        self->contact_->press(run(stop).support, self->sweep_->mass[node] * change, at(tau), at(tau));
+        self->contact_->flow({.work = self->sweep_->mass[node] * change * ground(stop, tau) / self->sweep_->step});
       }
     }
     void release(int stop, double tau) const { self->contact_->release(run(stop), node, at(tau)); }
-    void pressed(int stop, double stretch) const { self->press(run(stop), node, stretch); }
+    void pressed(int stop, double push, double work) const { self->press(run(stop), node, push, work); }
+    void damped(double loss) const {
+      self->contact_->flow({.damped = self->sweep_->mass[node] * loss / (self->sweep_->step * self->sweep_->step)});
+    }
+    void touched(double from, double until) const { self->contact_->touch(node, at(from), at(until)); }
   };
   for (const auto& [run, node] : pressed_) {
     const double stretch = sweep_->line_rows[0][node] + sweep_->start[node] - run->height(node);  // its mean
-    press(*run, node, stretch);
+    press(*run, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
   }
   contact_->expect(touching_.size());
   for (const Touching& mass : touching_) {
@@ -344,7 +374,7 @@ void TouchingMasses::write_journal() {
         const ContactRun& run = run_of(mass);
         const double share =
             falling_restitution(run.restitution, run.yield_speed * sweep_->step, std::abs(mass.before));
-        tell_impact(run, mass.node, mass.impact, mass.before, -share * mass.before);
+        tell_impact(run, mass.node, mass.impact, mass.before, -share * mass.before, 0.0);
       }
       continue;
     }
@@ -353,21 +383,68 @@ void TouchingMasses::write_journal() {
   }
 }
 
-double TouchingMasses::energy(std::size_t node, double speed) const { return 0.5 * sweep_->mass[node] * speed * speed; }
-
-void TouchingMasses::tell_impact(const ContactRun& run, std::size_t node, double tau, double before,
-                                 double after) const {
-  const double v0 = before / sweep_->step;
-  const double v1 = after / sweep_->step;
-  contact_->hit(run, node, sweep_->begin + tau * sweep_->step, v0, v1, energy(node, v0) - energy(node, v1));
+EnergyFlow TouchingMasses::flow(double tau) const {
+  struct Journal : local::Silent {
+    EnergyFlow* sum;
+    const local::Problem* problem;
+    Journal(EnergyFlow* total, const local::Problem* of) : sum{total}, problem{of} {}
+    [[nodiscard]] double ground(int stop, double at) const {
+      return problem->stops[static_cast<std::size_t>(stop)].speed(at);
+    }
+    void impact(int stop, double at, double before, double after) const {
+      sum->work += (after - before) * ground(stop, at);
+    }
+    void rest(int stop, double at, double speed) const { sum->work += (stop == 0 ? -speed : speed) * ground(stop, at); }
+    void pressed(int /*stop*/, double /*push*/, double work) const { sum->work += work; }
+    void damped(double loss) const { sum->damped += loss; }
+  };
+  EnergyFlow all;
+  for (const Touching& mass : touching_) {
+    if (!mass.known) {
+      EnergyFlow one;
+      local::Problem problem = meeting_of(mass).problem;
+      problem.until = tau;
+      local::advance(problem, Journal{&one, &problem});
+      const double scale = sweep_->mass[mass.node] / (sweep_->step * sweep_->step);
+      all.work += scale * one.work;
+      all.damped += scale * one.damped;
+    }
+  }
+  return all;
 }
 
-void TouchingMasses::press(const ContactRun& run, std::size_t node, double stretch) const {
-  contact_->press(run.support, -sweep_->frequency * sweep_->frequency * sweep_->mass[node] * stretch * sweep_->step);
+double TouchingMasses::energy(std::size_t node, double speed) const { return 0.5 * sweep_->mass[node] * speed * speed; }
+
+void TouchingMasses::tell_impact(const ContactRun& run, std::size_t node, double tau, double before, double after,
+                                 double ground) const {
+  const double v0 = before / sweep_->step;
+  const double v1 = after / sweep_->step;
+  const double v = ground / sweep_->step;
+  contact_->hit(run, node, sweep_->begin + tau * sweep_->step, v0, v1, energy(node, v0 - v) - energy(node, v1 - v));
+  contact_->flow({.work = sweep_->mass[node] * (v1 - v0) * v});
+}
+
+void TouchingMasses::press(const ContactRun& run, std::size_t node, double push, double work) const {
+  contact_->press(run.support, sweep_->mass[node] * push / sweep_->step);
+  contact_->flow({.work = sweep_->mass[node] * work / (sweep_->step * sweep_->step)});
+}
+
+std::array<double, 2> TouchingMasses::reach_of_lift(std::size_t run) const {
+  if (!contact_->runs()[run].motion) {
+    return {};
+  }
+  const auto& c = lifts_[run];
+  const std::array<double, 4> bernstein{c[0], c[0] + c[1] / 3.0, c[0] + (2.0 * c[1] + c[2]) / 3.0,
+                                        c[0] + c[1] + c[2] + c[3]};
+  const auto [lowest, highest] = std::ranges::minmax(bernstein);
+  return {lowest, highest};
 }
 
 void TouchingMasses::track_line() {
-  for (const ContactRun& run : contact_->runs()) {
+  for (std::size_t index = 0; index < contact_->runs().size(); ++index) {
+    const ContactRun& run = contact_->runs()[index];
+    const auto [lowest_lift, highest_lift] = reach_of_lift(index);
+    const double level = run.level + (run.side > 0.0 ? highest_lift : lowest_lift);
     block_low_.clear();
     for (std::size_t first = run.first; first < run.last; first += kBlock) {
       const std::size_t count = std::min(kBlock, run.last - first);
@@ -384,7 +461,7 @@ void TouchingMasses::track_line() {
         }
       }
       block_low_.push_back(lowest_line(sweep_->terms, rows, count, run.side, heights, line_bernstein_) -
-                           (heights != nullptr ? 0.0 : run.side * run.level));
+                           run.side * level);
     }
     // The lowest blocks first: after one or two no other can be lower.
     for (;;) {
@@ -394,18 +471,20 @@ void TouchingMasses::track_line() {
       }
       *lowest = std::numeric_limits<double>::infinity();
       const std::size_t first = run.first + kBlock * static_cast<std::size_t>(lowest - block_low_.begin());
-      track_nodes(run, first, std::min(first + kBlock, run.last));
+      track_nodes(index, first, std::min(first + kBlock, run.last));
     }
   }
 }
 
-void TouchingMasses::track_nodes(const ContactRun& run, std::size_t first, std::size_t last) {
+void TouchingMasses::track_nodes(std::size_t index, std::size_t first, std::size_t last) {
+  const ContactRun& run = contact_->runs()[index];
   for (std::size_t node = first; node < last; ++node) {
     const auto powers = sweep_->powers([&](std::size_t j) { return sweep_->line(j, node); });
     for (int k = 1; k <= 8; ++k) {
       const double tau = 0.125 * k;
       const double line = sweep_->start[node] + local::detail::value(powers.data(), sweep_->terms, tau);
-      contact_->line_at(run.side * (line - run.height(node)), node, sweep_->begin + tau * sweep_->step);
+      const double lift = local::detail::value(lifts_[index].data(), 4, tau);
+      contact_->line_at(run.side * (line - run.height(node) - lift), node, sweep_->begin + tau * sweep_->step);
     }
   }
 }

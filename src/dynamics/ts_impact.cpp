@@ -115,6 +115,9 @@ class Impact final : public ProblemStepper {
     leave_step(step, next_step_);
     const petsc::LogScope contact{petsc::log_events().contact};
     touching_->write_journal();
+    if (sweep_.damped()) {
+      contact_->flow({.damped = dragged(1.0)});
+    }
     if (line_forces_) {
       line_forces_->write_journal();
     }
@@ -159,6 +162,16 @@ class Impact final : public ProblemStepper {
       integrals[mode] *= length_ * tau;
     }
     return integrals;
+  }
+
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    if (!stepped_) {
+      return {};
+    }
+    const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
+    EnergyFlow flow = touching_->flow(tau);
+    flow.damped += sweep_.damped() ? dragged(tau) : 0.0;
+    return flow;
   }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
@@ -209,7 +222,10 @@ class Impact final : public ProblemStepper {
     }
     sweep_.terms = static_cast<std::size_t>(moments_);
     kink_integral_ = kink_integral(sweep_.terms);
-    longest_ = std::min(most, kLongestAngle / highest_);
+    sweep_.drag = equations_->damping().mass;
+    sweep_.line_damping = equations_->damping().stiffness;
+    sweep_.frequency = wf_;
+    longest_ = std::min(most, kLongestAngle / (highest_ + sweep_.drag + sweep_.line_drag()));
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
       sweep_.moment_rows[j].assign(count_, 0.0);
       sweep_.line_rows[j].assign(count_, 0.0);
@@ -235,7 +251,7 @@ class Impact final : public ProblemStepper {
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     const double tau = elapsed / length_;
-    const DenseMap map = dense_map(wf_ * length_, sweep_.terms, tau);
+    const DenseMap map = dense_map(scale_of(length_), sweep_.terms, tau);
     for (std::size_t i = 0; i < count_; ++i) {
       double place = map.place_of_start * start_[count_ + i] * length_;
       double speed = map.speed_of_start * start_[count_ + i] * length_;
@@ -248,6 +264,39 @@ class Impact final : public ProblemStepper {
       resting[i] = 0;
     }
     touching_->at(tau, position, velocity, resting);
+  }
+
+  [[nodiscard]] StepScale scale_of(double step) const {
+    return {.angle = wf_ * step, .drag = sweep_.drag * step, .line_drag = sweep_.line_drag() * step};
+  }
+
+  /// What damping of the structure took of the masses that touched nothing, up to a share of the step [J].
+  [[nodiscard]] double dragged(double until) const {
+    double sum = 0.0;
+    for (const auto& [at, weight] : local::detail::kGauss) {
+      const double tau = at * until;
+      const DenseMap map = dense_map(scale_of(length_), sweep_.terms, tau);
+      std::array<double, kMostTerms> rate{};
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        rate[j] = local::detail::slope(local::kLegendre[j].data(), sweep_.terms, tau) / length_;
+      }
+      const auto taken = [&](std::size_t i) {
+        double speed = map.speed_of_start * start_[count_ + i];
+        double line = 0.0;
+        for (std::size_t j = 0; j < sweep_.terms; ++j) {
+          speed += map.speed[j] / length_ * sweep_.line_rows[j][i];
+          line += rate[j] * sweep_.line_rows[j][i];
+        }
+        return sweep_.mass[i] * speed * (sweep_.drag * speed + sweep_.line_drag() * (speed - line));
+      };
+      double power = 0.0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        power += taken(i);
+      }
+      touching_->each([&](std::size_t node) { power -= taken(node); });
+      sum += weight * until * length_ * power;
+    }
+    return sum;
   }
 
   /// The line's motion over a new step: the polynomial at hand, gone on with or cut.
@@ -293,9 +342,9 @@ class Impact final : public ProblemStepper {
     ++attempts_;
     sweep_.begin = begin_;
     sweep_.step = step;
-    sweep_.map = dense_map(wf_ * step, sweep_.terms);
+    sweep_.map = dense_map(scale_of(step), sweep_.terms);
     sweep_.map.gain = sweep_gain(sweep_.map.line, kLineShare, sweep_.terms);
-    sweep_.reach = reach_of(wf_ * step, sweep_.terms);
+    sweep_.reach = reach_of(scale_of(step), sweep_.terms);
     if (line_forces_) {
       line_forces_->begin();
     }

@@ -50,15 +50,18 @@ std::string gauge_rows(std::span<const double> times, std::span<const double> va
 }
 
 std::string energy_header() {
-  return "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift\n";
+  return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_"
+         "impacts,"
+         "lost_in_dampers,total,drift\n";
 }
 
 std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows) {
   std::string text;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EnergyLedger& row = rows[i];
-    append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential, row.load_work,
-               row.lost_in_impacts, row.total(), row.drift());
+    append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
+               row.support_springs, row.load_work, row.support_work, row.lost_in_impacts, row.lost_in_dampers,
+               row.total(), row.drift());
   }
   return text;
 }

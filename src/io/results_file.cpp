@@ -23,8 +23,11 @@ struct EnergyRow {
   double line_strain;
   double fictitious_springs;
   double load_potential;
+  double support_springs;
   double load_work;
+  double support_work;
   double lost_in_impacts;
+  double lost_in_dampers;
   double total;
   double drift;
 };
@@ -75,8 +78,11 @@ Hdf5Id energy_type() {
                       {"line_strain", offsetof(EnergyRow, line_strain), H5T_NATIVE_DOUBLE},
                       {"fictitious_springs", offsetof(EnergyRow, fictitious_springs), H5T_NATIVE_DOUBLE},
                       {"load_potential", offsetof(EnergyRow, load_potential), H5T_NATIVE_DOUBLE},
+                      {"support_springs", offsetof(EnergyRow, support_springs), H5T_NATIVE_DOUBLE},
                       {"load_work", offsetof(EnergyRow, load_work), H5T_NATIVE_DOUBLE},
+                      {"support_work", offsetof(EnergyRow, support_work), H5T_NATIVE_DOUBLE},
                       {"lost_in_impacts", offsetof(EnergyRow, lost_in_impacts), H5T_NATIVE_DOUBLE},
+                      {"lost_in_dampers", offsetof(EnergyRow, lost_in_dampers), H5T_NATIVE_DOUBLE},
                       {"total", offsetof(EnergyRow, total), H5T_NATIVE_DOUBLE},
                       {"drift", offsetof(EnergyRow, drift), H5T_NATIVE_DOUBLE}});
 }
@@ -200,7 +206,8 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EnergyLedger& row = rows[i];
     records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
-                       row.load_work, row.lost_in_impacts, row.total(), row.drift()});
+                       row.support_springs, row.load_work, row.support_work, row.lost_in_impacts, row.lost_in_dampers,
+                       row.total(), row.drift()});
   }
   file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
   file_->flush();

@@ -135,6 +135,24 @@ double BeamChain::mass(PetscInt node) const {
   return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) + points;
 }
 
+double BeamChain::mass_of(NodeRange nodes) const {
+  if (nodes.last - nodes.first < 2) {
+    return mass(nodes.first) + (nodes.last > nodes.first ? mass(nodes.last) : 0.0);
+  }
+  // What lies between the middles beside the ends, whatever cuts there are in between.
+  double from = 0.5 * (position(nodes.first) + position(nodes.first + 1));
+  double to = 0.5 * (position(nodes.last - 1) + position(nodes.last));
+  for (const MassPiece& piece : pieces_) {
+    from = piece.nodes.last == nodes.first ? piece.to : from;
+    to = piece.nodes.first == nodes.last ? piece.from : to;
+  }
+  double sum = mass(nodes.first) + mass_between(from, to) + mass(nodes.last);
+  for (const auto& [node, point] : node_masses_) {
+    sum += node > nodes.first && node < nodes.last ? point : 0.0;
+  }
+  return sum;
+}
+
 double BeamChain::mass_between(double from, double to) const {
   double sum = 0.0;
   const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, from);

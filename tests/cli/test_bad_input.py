@@ -133,6 +133,46 @@ REFUSED = {
         {"support_position": "2,3.1", "support_width": 1},
         ["-beam_elements", "20", "at least 200", "2.5", "2.6"],
     ),
+    "motion_goes_back": ({"support_motion": "back.csv"}, ["-support_motion", "back.csv", "ascending", "[s]"]),
+    "motion_of_one_row": ({"support_motion": "still.csv"}, ["-support_motion", "two rows"]),
+    "motion_stops_dead": (
+        {"support_motion": "dead.csv"},
+        ["-support_motion", "10 m/s", "0.01 s", "last row", "-ts_max_time"],
+    ),
+    "three_motions_two_supports": ({"support_motion": "table.csv,none,none"}, ["-support_motion", "3", "2"]),
+    "motion_by_chebyshev": (
+        {"support_motion": "motion.csv", "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev", "-support_motion", "impact or rk", "cubic"],
+    ),
+    "spring_by_chebyshev": (
+        {"support_stiffness": 1e6, "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev", "-support_stiffness", "impact or rk", "matrix"],
+    ),
+    "motion_under_the_line": (
+        {"support_motion": "motion.csv", "contact_surface": "line"},
+        ["-support_motion", "-contact_surface line"],
+    ),
+    "motion_over_the_floor": ({"support_motion": "motion.csv", "floor": True}, ["-support_position", "no other support"]),
+    "negative_damping": ({"damping_mass": -1}, ["-damping_mass", "-1", ">= 0", "[1/s]"]),
+    "infinite_damping": ({"damping_stiffness": "inf"}, ["-damping_stiffness", "inf", ">= 0", "[s]"]),
+    "damping_by_chebyshev": (
+        {"damping_mass": 1, "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev", "-damping_mass", "impact or rk"],
+    ),
+    "damping_under_line_contact": (
+        {"damping_stiffness": 1e-3, "contact_surface": "line"},
+        ["-damping_stiffness", "-contact_surface line"],
+    ),
+    "zero_stiffness": ({"support_stiffness": 0}, ["-support_stiffness", "0", "> 0", "[N/m]"]),
+    "spring_with_restitution": (
+        {"support_stiffness": 1e6, "contact_restitution": 0.5},
+        ["-contact_restitution", "0.5", "-support_stiffness"],
+    ),
+    "spring_with_yield_speed": (
+        {"support_stiffness": 1e6, "support_yield_speed": 0.5},
+        ["-support_yield_speed", "0.5", "-support_stiffness"],
+    ),
+    "damper_without_spring": ({"support_damping": 10}, ["-support_damping", "10", "-support_stiffness", "[N s/m]"]),
     "wrong_weighting": ({"support_weighting": "equal"}, ["-support_weighting", "equal", "tributary"]),
     "three_heights_two_supports": ({"support_height": "0,0,0"}, ["-support_height", "3", "2"]),
     "three_widths_two_supports": ({"support_width": "1,1,1"}, ["-support_width", "3", "2"]),
@@ -191,6 +231,9 @@ FAILING = {
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
     "hill.csv": "x,height\n0,0\n2,2\n4,1.5\n5,0\n",
+    "motion.csv": "time,height\n0,0\n1,0.1\n2,0\n",
+    "still.csv": "time,height\n0,0\n",
+    "dead.csv": "time,height,velocity\n0,0,10\n0.01,0.1,10\n",
     "words.csv": "time,force\n0,0\n1,heavy\n",
     "ragged.csv": "time,force\n0,0\n1\n",
     "back.csv": "time,force\n0,0\n1,10\n0.5,20\n",

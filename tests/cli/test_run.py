@@ -24,7 +24,7 @@ SUMMARY_KEYS = """
     elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves impacts rests releases first_contact_time
     last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse force_window peak_support_force energy_drift wall_seconds
     wall_seconds_mean own_seconds communication peak_memory_bytes memory_per_rank versions""".split()
-ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,load_work,lost_in_impacts,total,drift"
+ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_impacts,lost_in_dampers,total,drift"
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
 REST_COLUMNS = "time,node,x,support,event"
 ROOT_ATTRIBUTES = "udar_version petsc_version hdf5_version mpi_version options filter_frequency elements ranks".split()

@@ -37,11 +37,12 @@ struct Fall {
   ImpactDynamics dynamics;
 
   Fall(BeamParameters parameters, double filter_frequency, double gravity, const InitialState& initial,
-       std::vector<Support> supports, ContactParameters contact = {}, const std::vector<NodalLoad>& nodal = {})
+       std::vector<Support> supports, ContactParameters contact = {}, const std::vector<NodalLoad>& nodal = {},
+       const Damping& damping = {})
       : beam{PETSC_COMM_WORLD, std::move(parameters)},
         line{beam, {.filter_frequency = filter_frequency}},
         loads{beam, gravity, nodal},
-        equations{line, loads, initial},
+        equations{line, loads, initial, damping},
         dynamics{equations, std::move(supports), initial, contact} {}
 };
 

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "support/steel_beam.hpp"
 #include "udar/contact/impact_law.hpp"
@@ -78,6 +80,64 @@ TEST(ContactRuns, RefuseWhatCannotBeASupport) {
   EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .restitution = 1.1}}), InputError);
   EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .height = std::numeric_limits<double>::quiet_NaN()}}),
                InputError);
+}
+
+TEST(ContactRuns, ShareASpringByTheMassItCarries) {
+  BeamParameters parameters = test::steel_beam(40);
+  parameters.mass_patches = {{1.1, 2.9}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  Support support{.position = 2.0, .width = 1.8};
+  support.stiffness = 3e5;
+  support.damping = 40.0;
+  const ContactRun run = contact_runs(beam, {support}).front();
+  double stiffness = 0.0;
+  double damping = 0.0;
+  for (std::size_t node = run.first; node < run.last; ++node) {
+    stiffness += run.stiffness * beam.mass(static_cast<PetscInt>(node));
+    damping += run.damping * beam.mass(static_cast<PetscInt>(node));
+  }
+  EXPECT_NEAR(stiffness, 3e5, 1e-7);  // round-off of eight sums
+  EXPECT_NEAR(damping, 40.0, 1e-11);
+}
+
+TEST(ContactRuns, RefuseAMovingSupportBesideAnotherOnItsSide) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
+  Support moving{.position = 2.0, .width = 1.0};
+  moving.motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 1.0}, std::vector<double>{0.0, 1.0});
+  EXPECT_THROW((void)contact_runs(beam, {moving, Support::floor(0.0, 1.0)}), InputError);
+  Support ceiling = Support::floor(3.0, 1.0);
+  ceiling.side = SupportSide::above;
+  EXPECT_NO_THROW((void)contact_runs(beam, {moving, ceiling}));
+}
+
+TEST(ImpactLaw, LosesMoreAboveTheYieldSpeed) {
+  EXPECT_DOUBLE_EQ(falling_restitution(0.8, 2.0, 2.0), 0.8);
+  EXPECT_DOUBLE_EQ(falling_restitution(0.8, 2.0, 32.0), 0.4);
+  EXPECT_EQ(falling_restitution(0.8, std::numeric_limits<double>::infinity(), 1e300), 0.8);
+  EXPECT_DOUBLE_EQ(resolve_contact({.velocity = -32.0, .acceleration = 0.0, .mass = 1.0}, 0.8, 1e-10, 2.0).velocity,
+                   0.4 * 32.0);
+}
+
+TEST(SupportMotion, IsACubicBetweenItsRowsAndStillBeside) {
+  const SupportMotion motion{{1.0, 2.0, 4.0}, {0.5, 1.5, 0.5}};
+  // The parabola through three rows: slope 1 before, -1/2 after; the middle rate is (1 * 2 - 0.5 * 1) / 3 = 0.5.
+  EXPECT_DOUBLE_EQ(motion.at(2.0).velocity, 0.5);
+  EXPECT_EQ(motion.at(0.3).height, 0.5);
+  EXPECT_EQ(motion.at(0.3).velocity, 0.0);
+  EXPECT_EQ(motion.at(5.0).height, 0.5);
+  EXPECT_EQ(motion.at(5.0).acceleration, 0.0);
+  const auto cubic = motion.cubic(2.25, 1.5);
+  for (const double tau : {0.0, 0.3, 1.0}) {
+    const double t = 2.25 + 1.5 * tau;
+    const double s = (t - 2.0) / 2.0;  // Hermite's polynomials
+    const double expected =
+        1.5 * (1 + 2 * s) * (1 - s) * (1 - s) + 2.0 * 0.5 * s * (1 - s) * (1 - s) + 0.5 * s * s * (3 - 2 * s);
+    EXPECT_NEAR(cubic[0] + tau * (cubic[1] + tau * (cubic[2] + tau * cubic[3])), expected, 1e-15);
+    EXPECT_NEAR(motion.at(t).height, expected, 1e-15);
+  }
+  EXPECT_NO_THROW(motion.require_smooth(10.0));
+  EXPECT_THROW((SupportMotion{{0.0, 1.0}, {0.0, 1.0}, {0.0, 2.0}}.require_smooth(1.5)), InputError);
+  EXPECT_NO_THROW((SupportMotion{{0.0, 1.0}, {0.0, 1.0}, {0.0, 2.0}}.require_smooth(1.0)));
 }
 
 }  // namespace

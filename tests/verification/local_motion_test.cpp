@@ -149,7 +149,9 @@ struct Listener {
   }
   void rest(int stop, double tau, double speed) const { events->push_back({'r', stop, tau, speed, 0.0}); }
   void release(int stop, double tau) const { events->push_back({'l', stop, tau, 0.0, 0.0}); }
-  void pressed(int /*stop*/, double /*stretch*/) const {}
+  void pressed(int /*stop*/, double /*push*/, double /*work*/) const {}
+  void damped(double /*loss*/) const {}
+  void touched(double /*from*/, double /*until*/) const {}
 };
 
 /// The reference.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <string_view>
@@ -37,6 +38,7 @@ class OnSupports : public testing::TestWithParam<const char*> {
 class OnRigidSupports : public OnSupports {};
 
 const auto kName = [](const auto& tested) { return std::string{tested.param}; };
+INSTANTIATE_TEST_SUITE_P(All, OnSupports, testing::Values("rk", "impact"), kName);
 INSTANTIATE_TEST_SUITE_P(All, OnRigidSupports, testing::Values("rk", "chebyshev", "impact"), kName);
 
 /// Twelve balls: nodes 0 and 1 at x = 0 and 1 m, 2 and 3 at 2 and 3 m, ...
@@ -144,6 +146,254 @@ TEST_P(OnRigidSupports, BallsBounceBetweenFloorAndCeiling) {
     }
   }
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-9));
+}
+
+/// First zero of a function that is positive at `from`, by bisection after a search with small strides.
+double first_root(const std::function<double(double)>& f, double from, double until) {
+  const double stride = (until - from) / 4096.0;
+  double low = from;
+  while (low < until && f(low + stride) > 0.0) {
+    low += stride;
+  }
+  double high = low + stride;
+  for (int k = 0; k < 200; ++k) {
+    const double middle = 0.5 * (low + high);
+    (f(middle) > 0.0 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+Support table(std::vector<double> time, std::vector<double> height, std::vector<double> velocity, double e) {
+  Support support{.position = 5.5, .width = 11.0, .restitution = e};
+  support.motion = std::make_shared<SupportMotion>(std::move(time), std::move(height), std::move(velocity));
+  return support;
+}
+
+/// A ball on a table that goes up and down: it may bounce once a period, leaving with g T / 2, where the table moves
+/// with (g T / 2) (1 - e) / (1 + e) (Holmes, J. Sound Vib. 84 (1982) 173).
+TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
+  const test::Option end{"-ts_max_time", "1.3"};
+  constexpr double kRestitution = 0.6;
+  constexpr double kPeriod = 0.2;
+  constexpr double kAmplitude = 0.009;
+  constexpr int kRows = 200;  // per period: off the sine by (2 pi / 200)^4 / 384 of its amplitude
+  const double speed = 0.5 * kGravity * kPeriod;
+  const double w = 2.0 * std::numbers::pi / kPeriod;
+  const double phase = std::acos(speed * (1.0 - kRestitution) / (1.0 + kRestitution) / (kAmplitude * w));
+  std::vector<double> time;
+  std::vector<double> height;
+  std::vector<double> velocity;
+  for (int k = 0; k <= 7 * kRows; ++k) {
+    time.push_back(kPeriod * k / kRows);
+    height.push_back(kAmplitude * std::sin(w * time.back() + phase));
+    velocity.push_back(kAmplitude * w * std::cos(w * time.back() + phase));
+  }
+  const InitialState initial{.height = height.front(), .velocity = speed};
+  test::Fall fall{balls(), 80.0, kGravity, initial, {table(time, height, velocity, kRestitution)}};
+  test::Recorder record{0.05};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const auto hits = by_ball(record.impacts);
+  for (PetscInt node = fall.beam.begin(); node < fall.beam.end(); ++node) {
+    ASSERT_EQ(hits[static_cast<std::size_t>(node)].size(), 6U);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const ImpactRecord& hit = hits[static_cast<std::size_t>(node)][k];
+      EXPECT_NEAR(hit.time, kPeriod * static_cast<double>(k + 1), within(1e-8));
+      EXPECT_NEAR(hit.velocity_before, -speed, within(1e-7));
+      EXPECT_NEAR(hit.velocity_after, speed, within(1e-7));
+      EXPECT_NEAR(hit.impulse, 2.0 * speed * kBall, within(1e-7));
+    }
+  }
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-9)) << record.times[k];
+  }
+  // What restitution takes every time, the table brings.
+  const double table_speed = kAmplitude * w * std::cos(phase);
+  EXPECT_NEAR(record.energies.back().support_work, 12.0 * 6.0 * 2.0 * speed * kBall * table_speed,
+              100.0 * within(1e-7));
+}
+
+/// A table of one cubic: a ball falls on it, sticks, rides on it and flies off where it falls faster than the ball.
+TEST_P(OnSupports, BallRidesOnATableAndFliesOff) {
+  const test::Option end{"-ts_max_time", "1.0"};
+  // s = 3 t^2 - 4 t^3 in the first second: s'' = 6 - 24 t = -g at t = (6 + g) / 24 = 0.66 s; then at rest.
+  const double flies = (6.0 + kGravity) / 24.0;
+  const auto s = [](double t) { return t * t * (3.0 - 4.0 * t); };
+  const auto rate = [](double t) { return t * (6.0 - 12.0 * t); };
+  test::Fall fall{balls(), 80.0, kGravity, {.height = 0.4}, {table({0.0, 1.0}, {0.0, -1.0}, {0.0, -6.0}, 0.0)}};
+  test::Recorder record{0.04};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const double lands = first_root([&](double t) { return 0.4 - 0.5 * kGravity * t * t - s(t); }, 0.0, 1.0);
+  ASSERT_LT(lands, flies);
+  for (const ImpactRecord& hit : record.impacts) {
+    EXPECT_NEAR(hit.time, lands, within(1e-11));
+    EXPECT_NEAR(hit.velocity_after, rate(lands), within(1e-10));
+  }
+  const auto balls_here = static_cast<std::size_t>(fall.beam.local_nodes());
+  ASSERT_EQ(record.rests.size(), 2 * balls_here);
+  for (const RestRecord& rest : record.rests) {
+    // The pull is wf^2 = 6400 times a stretch known to 1e-8 m, and changes by 24 m/s^3.
+    EXPECT_NEAR(rest.time, rest.release ? flies : lands, rest.release ? 30.0 * within(1e-10) : within(1e-10));
+  }
+  for (std::size_t k = 0; k < record.times.size(); ++k) {
+    const double t = record.times[k];
+    const double after = t - flies;
+    const double expected = t < lands   ? 0.4 - 0.5 * kGravity * t * t
+                            : after < 0 ? s(t)
+                                        : s(flies) + rate(flies) * after - 0.5 * kGravity * after * after;
+    for (const double position : record.positions[k]) {
+      EXPECT_NEAR(position, expected, within(1e-11)) << t;
+    }
+    EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-10)) << t;
+  }
+  const double lost = 0.5 * std::pow(rate(lands) + kGravity * lands, 2);
+  EXPECT_NEAR(record.energies.back().lost_in_impacts, 12.0 * kBall * lost, 100.0 * within(1e-10));
+}
+
+Support spring(double stiffness, double damping) {
+  Support support{.position = 5.5, .width = 11.0};
+  support.stiffness = stiffness;
+  support.damping = damping;
+  return support;
+}
+
+/// A ball falls on a spring with damper: m g'' = -m gravity - k g - c g' until that force would pull.
+TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
+  const test::Option end{"-ts_max_time", "1.0"};
+  for (const auto& [stiffness, ratio] : {std::pair{400.0, 0.0}, {4e4, 0.0}, {400.0, 0.3}, {4e4, 0.3}}) {
+    const double w = std::sqrt(stiffness);  // of each ball of 1 kg
+    const double decay = ratio * w;
+    const double turn = std::sqrt(w * w - decay * decay);
+    const double hits = std::sqrt(2.0 * 0.5 / kGravity);
+    const double arrives = -kGravity * hits;
+    // Gap t after the touch: about the static -g / w^2.
+    const double sine = (arrives + decay * kGravity / (w * w)) / turn;
+    const auto gap = [&](double t) {
+      return -kGravity / (w * w) +
+             std::exp(-decay * t) * (kGravity / (w * w) * std::cos(turn * t) + sine * std::sin(turn * t));
+    };
+    const auto rate = [&](double t) {
+      return std::exp(-decay * t) * ((turn * sine - decay * kGravity / (w * w)) * std::cos(turn * t) -
+                                     (turn * kGravity / (w * w) + decay * sine) * std::sin(turn * t));
+    };
+    const double touch = first_root([&](double t) { return -w * w * gap(t) - 2.0 * decay * rate(t); }, 1e-9 / w,
+                                    2.0 * std::numbers::pi / w);
+    test::Fall fall{balls(), 80.0, kGravity, {.height = 0.5}, {spring(12.0 * stiffness, 12.0 * 2.0 * decay)}};
+    test::Recorder record{0.01};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    std::size_t in_contact = 0;
+    for (std::size_t k = 0; k < record.times.size(); ++k) {
+      const double t = record.times[k];
+      const double since = t - hits - touch;
+      if (since > rate(touch) / kGravity) {
+        break;  // it falls again
+      }
+      const double expected = t < hits      ? 0.5 - 0.5 * kGravity * t * t
+                              : since < 0.0 ? gap(t - hits)
+                                            : gap(touch) + rate(touch) * since - 0.5 * kGravity * since * since;
+      in_contact += t > hits && since < 0.0 ? 1 : 0;
+      for (const double position : record.positions[k]) {
+        EXPECT_NEAR(position, expected, within(1e-9)) << "k " << stiffness << ", zeta " << ratio << ", t " << t;
+      }
+      EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-9))
+          << "k " << stiffness << ", zeta " << ratio << ", t " << t;
+    }
+    EXPECT_GE(in_contact, stiffness < 1e3 ? 10U : 1U);
+    EXPECT_NEAR(fall.dynamics.counts().first_contact_time, hits, within(1e-9));
+  }
+}
+
+TEST_P(OnSupports, BeamOnMovingAndGivingSupportsKeepsTheLedger) {
+  const test::Option end{"-ts_max_time", "0.8"};
+  Support moving{.position = 2.0, .width = 1.0, .restitution = 0.5};
+  moving.motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.3, 0.5, 0.7, 0.9},
+                                                  std::vector<double>{0.0, 0.1, -0.1, 0.05, 0.0});
+  Support giving{.position = 8.0, .width = 1.0};
+  giving.stiffness = 1e6;
+  giving.damping = 1e3;
+  Support both{.position = 5.0, .width = 0.5, .height = -0.1};
+  both.motion = moving.motion;
+  both.stiffness = 1e5;
+  test::Fall fall{test::steel_beam(40), 100.0, kGravity, {.height = 0.6}, {moving, giving, both}};
+  test::Recorder record{0.02};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  double largest = 0.0;
+  for (const EnergyLedger& energy : record.energies) {
+    largest = std::max(largest, std::abs(energy.drift()));
+  }
+  EXPECT_LT(largest, 1e-6);
+  EXPECT_GT(record.energies.back().lost_in_dampers, 1.0);
+  EXPECT_GT(std::abs(record.energies.back().support_work), 1.0);
+  // Momentum: what the supports and gravity gave is what the masses have.
+  double momentum = 0.0;
+  const MassState masses = fall.dynamics.masses();
+  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
+    momentum += fall.line.mass()[i] * masses.velocity[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  double given = -kGravity * fall.beam.total_mass() * 0.8;
+  for (const double impulse : fall.dynamics.support_impulses()) {
+    given += impulse;
+  }
+  EXPECT_NEAR(momentum, given, 1e-6 * fall.beam.total_mass() * kGravity);
+}
+
+/// The tip mass of a cantilever of one element: q'' + (alpha + beta lambda^2) q' + lambda^2 q = 0.
+TEST_P(OnSupports, DampedModeDecaysInClosedForm) {
+  if (test::world_size() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
+  const test::Option end{"-ts_max_time", "2.0"};
+  BeamParameters parameters = test::steel_beam(1);
+  parameters.left = test::kClamped;
+  const double stiffness = 3.0 * parameters.segments[0].bending_stiffness / 1000.0;
+  const double mass = 0.5 * parameters.segments[0].mass_per_length * 10.0;
+  const double wf = 9.0;
+  const double w = std::sqrt(stiffness / mass);
+  const double lambda = wf * w / std::hypot(wf, w);
+  InitialState initial{.height = 0.0};
+  initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.2}, .velocity = {0.0, 0.5}};
+  for (const Damping damping :
+       {Damping{.mass = 0.8}, Damping{.stiffness = 0.05}, Damping{.mass = 0.3, .stiffness = 0.02}}) {
+    test::Fall fall{parameters, wf, 0.0, initial, {}, {}, {}, damping};
+    test::Recorder record{0.1};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    const double decay = 0.5 * (damping.mass + damping.stiffness * lambda * lambda);
+    const double turn = std::sqrt(lambda * lambda - decay * decay);
+    for (std::size_t k = 0; k < record.times.size(); ++k) {
+      const double t = record.times[k];
+      const double expected =
+          std::exp(-decay * t) * (0.2 * std::cos(turn * t) + (0.5 + decay * 0.2) / turn * std::sin(turn * t));
+      EXPECT_NEAR(record.positions[k][1], expected, within(1e-9)) << t;
+      EXPECT_LT(std::abs(record.energies[k].drift()), 2.0 * within(1e-8)) << t;  // of a square
+    }
+    EXPECT_GT(record.energies.back().lost_in_dampers, 0.3 * record.energies.front().total());
+  }
+}
+
+TEST_P(OnSupports, DampedFallKeepsTheLedgerAndComesToRest) {
+  const test::Option end{"-ts_max_time", "1.2"};
+  const test::Option tolerance{"-ts_rtol", is("rk") ? "1e-9" : "1e-8"};
+  Support moving{.position = 2.0, .width = 1.0, .restitution = 0.3};
+  moving.motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.3, 0.5, 0.7, 0.9},
+                                                  std::vector<double>{0.0, 0.1, -0.1, 0.05, 0.0});
+  const Support pad{.position = 8.0, .width = 1.0, .restitution = 0.3};
+  test::Fall fall{test::steel_beam(30), 100.0, kGravity, {.height = 0.3},
+                  {moving, pad},        {},    {},       {.mass = 0.5, .stiffness = 2e-3}};
+  test::Recorder record{0.02};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  double largest = 0.0;
+  for (const EnergyLedger& energy : record.energies) {
+    largest = std::max(largest, std::abs(energy.drift()));
+  }
+  EXPECT_LT(largest, 1e-5);
+  EXPECT_GT(fall.dynamics.counts().rests, 0);
+  EXPECT_GT(record.energies.back().lost_in_dampers, 1.0);
 }
 
 }  // namespace

@@ -15,6 +15,18 @@ from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case, datasets
 TOLERANCE = 1e-9  # [m]
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
+MOTION = pathlib.Path(__file__).resolve().parent / "data" / "support_motion.csv"
+GIVING = {  # one support moves, one gives way, one does both
+    "support_position": "2,8,5",
+    "support_width": "1,1,0.5",
+    "support_height": "0,0,-0.1",
+    "support_motion": f"{MOTION},none,{MOTION}",
+    "support_stiffness": "inf,1e6,1e5",
+    "support_damping": "0,1e3,0",
+    "initial_height": 0.6,
+    "ts_rtol": 1e-10,
+}
+DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
 CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf
@@ -45,6 +57,8 @@ CASES = {
         "integrators": ("rk",),
     },
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
+    "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
+    "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
     "unfiltered_with_many": {
         "filter_frequency": "none",
@@ -177,9 +191,13 @@ for name, changes in {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
     "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+    "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
+    "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
 }.items():
     for integrator, stops in STOPS.items():
+        if name in ("moving_and_giving", "damped") and integrator == "chebyshev":
+            continue
         for ranks, steps in stops:
             setattr(
                 Restart,

@@ -48,6 +48,7 @@ struct Case {
   std::vector<NodalLoad> loads;
   std::vector<Support> supports;  ///< the floor or ground, if any, is the last
   ContactParameters contact;
+  Damping damping;
   std::vector<double> gauges;  ///< [m]
   OutputParameters output;
   RestartParameters restart;

@@ -1,12 +1,14 @@
 #pragma once
 /// @file
-/// Rigid supports and the nodes they can touch.
+/// Supports and the nodes they can touch.
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <vector>
 
+#include "udar/contact/support_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/polyline.hpp"
 
@@ -18,8 +20,8 @@ enum class SupportSide : std::int8_t {
   above = -1,  ///< keeps masses below its height
 };
 
-/// @brief A rigid support; it touches every node within its width, edges included. Where the beam has a mass patch from
-/// `from()` to `to()` these carry the mass of the width, else each its own.
+/// @brief A support, rigid or on springs; it touches every node within its width, edges included. Where the beam has a
+/// mass patch from `from()` to `to()` these carry the mass of the width, else each its own.
 struct Support {
   double position = 0.0;     ///< centre [m] from the left end
   double width = 0.0;        ///< [m]; 0: the nearest node alone
@@ -33,6 +35,11 @@ struct Support {
     std::vector<double> height;  ///< [m]
   };
   Profile profile{};
+  std::shared_ptr<const SupportMotion> motion = nullptr;       ///< what is added to the height over time; null: nothing
+  double stiffness = std::numeric_limits<double>::infinity();  ///< of all of it [N/m], > 0; infinite: rigid
+  double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
+
+  [[nodiscard]] bool elastic() const noexcept { return stiffness < std::numeric_limits<double>::infinity(); }
 
   [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
   [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
@@ -57,10 +64,24 @@ struct ContactRun {
   double level = 0.0;     ///< height of a level support [m]
   double restitution = 1.0;
   double yield_speed = std::numeric_limits<double>::infinity();  ///< [m/s]
-  std::vector<double> profile{};                                 ///< height at each node [m]; empty: level
+  std::vector<double> profile;                                   ///< height at each node [m]; empty: level
+  std::shared_ptr<const SupportMotion> motion = nullptr;         ///< null: none
+  double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
+  double damping = 0.0;    ///< the same of a damper [1/s]
 
-  /// Height of the contact face at a local node [m].
+  /// Height of the contact face at a local node, without its motion [m].
   [[nodiscard]] double height(std::size_t node) const { return profile.empty() ? level : profile[node - first]; }
+  /// What its motion adds just after a time [s].
+  [[nodiscard]] SupportMotion::State lift(double time) const {
+    return motion ? motion->at(time) : SupportMotion::State{};
+  }
+  /// The same within a step without rows from `begin` on.
+  [[nodiscard]] SupportMotion::State lift(double time, double begin) const {
+    return motion ? motion->at(time, begin) : SupportMotion::State{};
+  }
+  [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0; }
+  /// Rigid and at rest: nothing but the impact law.
+  [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
 };
 
 /// @brief The nodes a support touches: [first, last], empty if first > last.
@@ -68,8 +89,8 @@ struct ContactRun {
 
 /// @brief The rows of this rank's nodes that may touch a support, by support, held nodes left out.
 /// @note Not collective.
-/// @throws InputError naming option, value and range if a support is off the beam, touches no node or has e outside [0,
-/// 1]
+/// @throws InputError naming option, value and range if a support is off the beam, touches no node, has e outside [0,
+/// 1], or if one that moves or gives way shares nodes with another on its side
 [[nodiscard]] std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports);
 
 }  // namespace udar

@@ -2,9 +2,11 @@
 /// @file
 /// What the masses do on their supports: who rests where, and what happened in the step in progress.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,6 +51,14 @@ struct ContactCounts {
   double first_contact_time = -1.0;  ///< [s]; negative: none yet
   double last_contact_time = -1.0;   ///< last impact, or last instant some mass rested [s]; negative: none yet
   double lost = 0.0;                 ///< energy lost in impacts and rests [J]
+  double work = 0.0;                 ///< of moving supports on the masses [J]
+  double damped = 0.0;               ///< energy lost in dampers [J]
+};
+
+/// @brief What flows besides impacts [J].
+struct EnergyFlow {
+  double work = 0.0;    ///< in from moving supports
+  double damped = 0.0;  ///< out by dampers
 };
 
 /// @brief Smallest distance of the line from a support, over all contact points and steps.
@@ -73,12 +83,15 @@ class ContactState {
   [[nodiscard]] const std::vector<Support>& supports() const noexcept { return supports_; }
   [[nodiscard]] const std::vector<ContactRun>& runs() const noexcept { return runs_; }
   [[nodiscard]] const ContactParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] bool runs_on_line() const noexcept { return parameters_.surface == ContactSurface::line; }
   [[nodiscard]] const ContactCounts& counts() const noexcept { return counts_; }
 
   [[nodiscard]] bool resting(std::size_t node) const { return resting_[node] != 0; }
   [[nodiscard]] bool resting_on(std::size_t node, const ContactRun& run) const {
     return resting_[node] == run.support + 1;
   }
+  /// Energy in the springs of supports that give way, this rank's share [J].
+  [[nodiscard]] double spring_energy(double time, std::span<const double> position) const;
   /// Whether any mass of this rank rests now.
   [[nodiscard]] bool any_resting() const noexcept { return local_resting_ > 0; }
   /// How far from its support a mass still counts as on it [m], positions of about `position` [m].
@@ -102,7 +115,12 @@ class ContactState {
   void press(PetscInt support, double impulse, double from, double to) {
     parts_.push_back({.support = support, .impulse = impulse, .from = from, .to = to});
   }
-  /// A support held the line at a local node between these times [s].
+  /// Adds what flowed in the step, this rank's share.
+  void flow(const EnergyFlow& energy) {
+    flow_.work += energy.work;
+    flow_.damped += energy.damped;
+  }
+  /// A support held the line at a local node, or one that gives way its mass, between these times [s].
   void touch(std::size_t node, double from, double until) {
     touches_.push_back({.node = node, .from = from, .until = until});
   }
@@ -204,6 +222,8 @@ class ContactState {
   };
   std::vector<Loss> losses_;  // besides those of the impacts
   EventCounts all_events_;
+  EnergyFlow flow_;          // of the step
+  bool gives_way_ = false;   // some support of the whole structure
   double held_from_ = -1.0;  // negative: not held in this step
   double held_until_ = -1.0;
 };

@@ -83,7 +83,7 @@ void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t
 struct Nearness {
   double side = 1.0;
   double height = 0.0;
-  const double* heights = nullptr;  // of each mass, in place of `height`; null: level
+  const double* heights = nullptr;  // of each mass, added to `height`; null: none
   double together = 0.0;
 };
 

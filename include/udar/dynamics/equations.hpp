@@ -23,10 +23,22 @@ struct LineState {
   bool held = false;                  ///< whether there is any of them, equal on every rank
 };
 
+/// @brief Rayleigh damping of the filtered beam: the force -(mass M + stiffness D) Ym' on the masses, D Ym' = wf^2 M
+/// (Ym' - Yc'). A mode of frequency lambda has the damping ratio mass / (2 lambda) + stiffness lambda / 2.
+struct Damping {
+  double mass = 0.0;       ///< [1/s], >= 0
+  double stiffness = 0.0;  ///< [s], >= 0
+
+  [[nodiscard]] bool any() const noexcept { return mass != 0.0 || stiffness != 0.0; }
+};
+
 /// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
 class Equations {
  public:
-  Equations(FilteredLine& line, const Loads& loads, const InitialState& initial);
+  /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite
+  Equations(FilteredLine& line, const Loads& loads, const InitialState& initial, const Damping& damping = {});
+
+  [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
 
   /// Lets supports hold the line; null: nothing does. It must outlive its use.
   void hold_line(LineContact* contact) noexcept { line_contact_ = contact; }
@@ -57,6 +69,7 @@ class Equations {
  private:
   FilteredLine* line_;
   const Loads* loads_;
+  Damping damping_;
   LineContact* line_contact_ = nullptr;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity

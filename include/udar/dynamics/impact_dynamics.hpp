@@ -84,6 +84,7 @@ class ImpactDynamics {
   void refuse_overlap(const MassState& masses) const;
   [[nodiscard]] MotionScale motion_scale(const MassState& masses, const InitialState& initial) const;
   [[nodiscard]] TSType default_type() const;
+  void refuse_supports() const;
   void configure_stepper();
   void set_absolute_tolerance();
   void start();
@@ -121,7 +122,9 @@ class ImpactDynamics {
   std::vector<double> shown_impulse_;  // of each support
   EnergyLedger ledger_;
   double largest_kinetic_ = 0.0;
-  double load_work_ = 0.0;  // local share up to the start of the step
+  std::vector<double> kinks_;  // of loads and moving supports, ascending [s]
+  bool flows_ = false;         // energy flows through supports or dampers
+  double load_work_ = 0.0;     // local share up to the start of the step
   PetscInt steps_ = 0;
   PetscInt rejected_steps_ = 0;
   bool started_ = false;

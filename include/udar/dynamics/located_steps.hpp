@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "udar/contact/gap.hpp"
+#include "udar/dynamics/local_motion.hpp"
 #include "udar/dynamics/stepper.hpp"
 #include "udar/petsc/handle.hpp"
 
@@ -31,6 +32,7 @@ class LocatedSteps final : public Stepper {
   void masses(double time, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override;
   [[nodiscard]] double line_integral(std::size_t node, double until) const override;
+  [[nodiscard]] EnergyFlow flow(double until) const override;
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override;
   [[nodiscard]] PetscInt repeated_steps() const override { return repeated_steps_; }
   [[nodiscard]] PetscInt evaluations() const override { return evaluations_; }
@@ -41,8 +43,19 @@ class LocatedSteps final : public Stepper {
   struct Candidate {
     const ContactRun* run;
     std::size_t node;
-    double time;   // on the dense output [s]
-    double slope;  // of the stretch at a release [m/s]
+    double time;         // on the dense output [s]
+    double slope;        // of the stretch at a release [m/s]
+    bool opens = false;  // a closed gap
+  };
+  /// How a mass stands to a support that is not rigid.
+  struct Hold {
+    local::Touch touch = local::Touch::off;
+    bool fresh = false;  // since the start of the step: what would end it is zero there
+  };
+  /// What a support gives a mass, over its mass, from the start of the step to a share of it.
+  struct Given {
+    double push = 0.0;  // [m/s]
+    EnergyFlow flow;    // [m^2/s^2]
   };
 
   void right_hand_side(double time, Vec state, Vec rate);
@@ -53,6 +66,31 @@ class LocatedSteps final : public Stepper {
   [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
   double repeat_step(double time);
   void track_contact();
+  void find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
+                          std::vector<double>& result, std::vector<double>& bend);
+  void survey_hold(const ContactRun& run, std::size_t node, double length);
+  void ride();
+  void change_holds();
+  [[nodiscard]] std::size_t index_of(const ContactRun& run) const {
+    return static_cast<std::size_t>(&run - contact_->runs().data());
+  }
+  [[nodiscard]] const Hold& hold_of(const ContactRun& run, std::size_t node) const {
+    return holds_[index_of(run)][node - run.first];
+  }
+  /// Gap of a mass and its rates.
+  [[nodiscard]] Kinematics gap(const ContactRun& run, const Kinematics& mass, std::size_t node, double time) const;
+  /// Stretch of the line over the step, where the structure is damped.
+  [[nodiscard]] StepPolynomial stretch_polynomial(std::size_t node) const;
+  [[nodiscard]] double stretch(const ContactRun& run, std::size_t node, double theta) const;
+  /// What pulls a mass at rest off its support, as stretch [m], and its rate.
+  struct Pull {
+    double value;
+    double rate;
+  };
+  [[nodiscard]] Pull pull(const ContactRun& run, std::size_t node, bool at_end) const;
+  [[nodiscard]] double contact_acceleration(const ContactRun& run, std::size_t node, const Kinematics& mass,
+                                            double time) const;
+  [[nodiscard]] Given given(const ContactRun& run, std::size_t node, double theta) const;
   void track_line_contact();
   void save_forces(const LineContact& contact, MotionState& state) const;
   void restore_forces(const LineContact& contact, const MotionState& state, LineState& line) const;
@@ -82,6 +120,14 @@ class LocatedSteps final : public Stepper {
   const double* end_values_ = nullptr;
   double next_step_ = 0.0;
   bool event_ = false;
+  bool plain_ = true;  // all supports are rigid and at rest, and nothing is damped
+  Damping damping_;
+  std::vector<double> stage_rate_;  // d' [m/s] at the stage at hand
+  std::vector<double> start_bend_;  // d'' [m/s^2] at both ends, kept where the structure is damped
+  std::vector<double> end_bend_;
+  std::vector<std::vector<Hold>> holds_;    // by run that is not rigid, then node
+  std::vector<double> start_acceleration_;  // [m/s^2], kept unless `plain_`
+  std::vector<double> end_acceleration_;
   std::vector<Candidate> candidates_;
   PetscInt repeated_steps_ = 0;
   PetscInt evaluations_ = 0;

@@ -20,14 +20,20 @@ struct EnergyLedger {
   double fictitious_springs = 0.0;  ///< 1/2 wf^2 (Ym-Yc)' M (Ym-Yc)
   double load_potential = 0.0;      ///< -F' Yc, gravity and loads; zero for the line at y = 0
   double load_work = 0.0;           ///< minus the integral of dF/dt' Yc: what changing loads brought in since t = 0
+  double support_springs = 0.0;     ///< in the springs of supports that are not rigid
+  double support_work = 0.0;        ///< what moving supports brought in since t = 0
   double lost_in_impacts = 0.0;     ///< lost in impacts and rests since t = 0
+  double lost_in_dampers = 0.0;     ///< lost in dampers of supports and structure since t = 0
   double initial = 0.0;             ///< total at t = 0
   double scale = 0.0;  ///< what `drift` is relative to: max of |initial| and the largest kinetic energy so far
 
-  [[nodiscard]] double total() const noexcept { return kinetic + line_strain + fictitious_springs + load_potential; }
+  [[nodiscard]] double total() const noexcept {
+    return kinetic + line_strain + fictitious_springs + load_potential + support_springs;
+  }
   /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution.
   [[nodiscard]] double drift() const noexcept {
-    return scale > 0.0 ? (total() + lost_in_impacts - load_work - initial) / scale : 0.0;
+    return scale > 0.0 ? (total() + lost_in_impacts + lost_in_dampers - load_work - support_work - initial) / scale
+                       : 0.0;
   }
 };
 

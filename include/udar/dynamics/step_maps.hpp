@@ -8,14 +8,21 @@
 
 namespace udar {
 
-/// @param angle wf h @param terms 2 to 5 @param until tau at which the map ends; its moments mean something at 1 only
-[[nodiscard]] DenseMap dense_map(double angle, std::size_t terms, double until = 1.0);
+/// @brief The oscillator of a mass over a step. @see local::Problem
+struct StepScale {
+  double angle = 0.0;      ///< wf h
+  double drag = 0.0;       ///< [1/step]
+  double line_drag = 0.0;  ///< [1/step]
+};
+
+/// @param terms 2 to 5 @param until tau at which the map ends; its moments mean something at 1 only
+[[nodiscard]] DenseMap dense_map(const StepScale& scale, std::size_t terms, double until = 1.0);
 
 /// @brief (1 - share line)^-1 by Neumann's series: |share line| <= angle^2 / 2.
 [[nodiscard]] Square sweep_gain(const Square& line, double share, std::size_t terms);
 
-/// @brief Bounds of the motion of `angle` = wf h.
-[[nodiscard]] Reach reach_of(double angle, std::size_t terms);
+/// @brief Bounds of the motion.
+[[nodiscard]] Reach reach_of(const StepScale& scale, std::size_t terms);
 
 /// @brief Bernstein coefficients of the Legendre polynomials on [0, 1]: [coefficient][polynomial].
 [[nodiscard]] Square legendre_bernstein(std::size_t terms);

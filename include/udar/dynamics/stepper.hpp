@@ -71,6 +71,8 @@ class Stepper {
   /// within it.
   [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
 
+  /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
+  [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
   /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
   /// a time within it; asked for where loads change. @note Collective.
   [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }

@@ -23,6 +23,8 @@ struct Sweep {
   double frequency = 0.0;         ///< wf [rad/s]
   double begin = 0.0;             ///< [s]
   double step = 0.0;              ///< [s]
+  double drag = 0.0;              ///< -drag Ym' on every mass, over it [1/s]
+  double line_damping = 0.0;      ///< +line_damping wf^2 (Yc' - Ym') on every mass, over it [s]
   bool predict = false;           ///< `line` is a guess, not what the line was solved for
   const double* start = nullptr;  ///< Ym [m], then Vm [m/s]
   double* end = nullptr;          ///< the same after the step
@@ -55,6 +57,9 @@ struct Sweep {
     return rows;
   }
   [[nodiscard]] double angle() const noexcept { return frequency * step; }
+  [[nodiscard]] double line_drag() const noexcept { return line_damping * frequency * frequency; }  ///< [1/s]
+  [[nodiscard]] bool damped() const noexcept { return drag != 0.0 || line_damping != 0.0; }
+  [[nodiscard]] std::size_t powers() const { return local::powers_for(angle() + (drag + line_drag()) * step); }
   /// Legendre coefficient of the displacement since the start of the step [m], as the line was solved for it.
   [[nodiscard]] double moment(std::size_t j, std::size_t node) const {
     return moment_rows[j][node] - (j == 0 ? start[node] - axis[node] : 0.0);

@@ -39,6 +39,18 @@ class TouchingMasses {
   void write_journal();
   /// Offers the smallest distance of the line from the supports in this step.
   void track_line();
+  /// What flowed besides impacts up to a share `tau` of the accepted step, this rank's share.
+  [[nodiscard]] EnergyFlow flow(double tau) const;
+  /// Calls `visit` with the local node of every mass that may have touched something in the accepted step.
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (const Pressed& mass : pressed_) {
+      visit(mass.node);
+    }
+    for (const Touching& mass : touching_) {
+      visit(mass.node);
+    }
+  }
   /// Gives back what a rare step has made large.
   void release_memory() { release_if_large(touching_); }
 
@@ -88,19 +100,25 @@ class TouchingMasses {
   void take(const Touching& mass, const Moments& before, const local::Outcome& outcome, const ContactRun* rests,
             Largest& largest);
   [[nodiscard]] double energy(std::size_t node, double speed) const;
-  /// @param tau of the step @param before, after velocities [m per step]
-  void tell_impact(const ContactRun& run, std::size_t node, double tau, double before, double after) const;
-  /// @param stretch of the mass at rest, its integral over the step's own time [m]
-  void press(const ContactRun& run, std::size_t node, double stretch) const;
-  void track_nodes(const ContactRun& run, std::size_t first, std::size_t last);
+  /// @param tau of the step @param before, after velocities, and that of the support [m per step]
+  void tell_impact(const ContactRun& run, std::size_t node, double tau, double before, double after,
+                   double ground) const;
+  /// @param push, work as in `local::Silent::pressed`
+  void press(const ContactRun& run, std::size_t node, double push, double work) const;
+  void track_nodes(std::size_t run, std::size_t first, std::size_t last);
+  /// Lowest and highest bound of a run's lift in the step [m].
+  [[nodiscard]] std::array<double, 2> reach_of_lift(std::size_t run) const;
 
   Sweep* sweep_;
   ContactState* contact_;
   const BeamChain* beam_;
   Tally* tally_ = nullptr;
-  std::vector<std::size_t> block_runs_;  // of every block, by index
-  std::vector<std::size_t> first_run_;   // of a block, in `block_runs_`
-  std::vector<float> kink_share_;        // of every node
+  std::vector<std::size_t> block_runs_;       // of every block, by index
+  std::vector<std::size_t> first_run_;        // of a block, in `block_runs_`
+  std::vector<float> kink_share_;             // of every node
+  std::vector<std::array<double, 4>> lifts_;  // of every run in powers of tau [m]
+  double lifted_at_ = -1.0;                   // begin and length of the step they belong to [s]
+  double lifted_over_ = 0.0;
   std::vector<Touching> touching_;
   std::vector<Pressed> pressed_;    // at rest all along the step
   std::size_t first_touching_ = 0;  // of the block

@@ -99,17 +99,18 @@ class BeamChain {
   [[nodiscard]] PetscInt end() const noexcept { return end_; }
   [[nodiscard]] PetscInt local_nodes() const noexcept { return end_ - begin_; }
 
-  /// Properties by global number, available on every rank.
-  [[nodiscard]] BeamElement element(PetscInt element) const;   ///< infinitely compliant where there is none
-  [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
-  [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
-  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and springs [N/m], rigid ones excluded
-  [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
-  [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
   struct NodeRange {
     PetscInt first;
     PetscInt last;
   };
+  /// Properties by global number, available on every rank.
+  [[nodiscard]] BeamElement element(PetscInt element) const;   ///< infinitely compliant where there is none
+  [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
+  [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
+  [[nodiscard]] double mass_of(NodeRange nodes) const;         ///< of a row of nodes together [kg]
+  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and springs [N/m], rigid ones excluded
+  [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
+  [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
   /// All nodes in [from, to], edges included to 1e-9 of an element; those that carry its mass if that is a mass patch.
   /// Empty if first > last.
   [[nodiscard]] NodeRange nodes_within(double from, double to) const;
