@@ -97,8 +97,10 @@ std::string fingerprint(const Case& input, const BeamChain& beam) {
     }
     text << ' ';
   }
-  text << (input.contact.surface == ContactSurface::line ? "line contact " : "") << "segments "
-       << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
+  if (input.contact.surface == ContactSurface::line || input.filter.unfiltered) {
+    text << "line contact " << input.contact.line_dense_max << ' ';
+  }
+  text << "segments " << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
        << std::hash<std::string>{}(lists.str());
   return text.str();
 }

@@ -13,17 +13,27 @@ namespace {
 
 constexpr std::size_t kColumns = 4;  // line solves side by side
 
-std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports) {
-  // Every rank lists the points of all ranks: there are few.
+// More nodes than these under all supports are many however they are spread: a factor takes 40 Mflop, the matrix 2 MB.
+constexpr std::size_t kDenseInAll = 500;
+
+/// Whether a matrix of all pairs of contact nodes is too much, or a support too wide for pivoting.
+bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::size_t under_one) {
+  std::size_t all = 0;
+  std::size_t widest = 0;
+  for (const Support& support : supports) {
+    const auto [first, last] = touched_nodes(beam, support);
+    const auto count = static_cast<std::size_t>(last - first + 1);
+    all += count;
+    widest = std::max(widest, count);
+  }
+  return all > kDenseInAll || widest > under_one;
+}
+
+std::vector<LinePoint> points_of_all_ranks(const BeamChain& beam, const std::vector<Support>& supports) {
   std::vector<LinePoint> points;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
     const auto [first, last] = touched_nodes(beam, support);
-    if (points.size() + static_cast<std::size_t>(last - first + 1) > LineContact::kMostPoints) {
-      throw InputError{"option -contact_surface: line takes at most " + std::to_string(LineContact::kMostPoints) +
-                       " contact nodes under all supports; choose narrower supports, fewer elements, or "
-                       "-contact_surface mass"};
-    }
     for (PetscInt node = first; node <= last; ++node) {
       if (!beam.held(node)) {
         points.push_back({.node = node,
@@ -36,18 +46,43 @@ std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<S
   return points;
 }
 
+std::vector<LinePoint> points_of_this_rank(const BeamChain& beam, const std::vector<ContactRun>& runs) {
+  std::vector<LinePoint> points;
+  for (const ContactRun& run : runs) {
+    for (std::size_t i = run.first; i < run.last; ++i) {
+      points.push_back({.node = beam.begin() + static_cast<PetscInt>(i),
+                        .support = run.support,
+                        .side = run.side,
+                        .height = run.height(i)});
+    }
+  }
+  return points;
+}
+
 }  // namespace
 
-LineContact::LineContact(FilteredLine& line, const std::vector<Support>& supports) : line_{&line} {
+LineContact::LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points)
+    : line_{&line} {
   const BeamChain& beam = line.beam();
-  static_cast<void>(contact_runs(beam, supports));  // for its checks
-  points_ = contact_points(beam, supports);
+  const std::vector<ContactRun> runs = contact_runs(beam, supports);
+  const bool many = are_many(beam, supports, dense_points);
+  points_ = many ? points_of_this_rank(beam, runs) : points_of_all_ranks(beam, supports);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {
       mine_.push_back(i);
     }
   }
   zero_.assign(line.mass().size(), 0.0);
+  gap_.resize(points_.size());
+  force_.resize(points_.size());
+  if (many) {
+    many_ = std::make_unique<ObstacleForces>(line, points_);
+  } else {
+    compute_compliance();
+  }
+}
+
+void LineContact::compute_compliance() {
   const std::size_t count = points_.size();
   std::vector<double> compliance(count * count, 0.0);
   std::vector<std::vector<double>> load(kColumns, zero_);
@@ -62,7 +97,7 @@ LineContact::LineContact(FilteredLine& line, const std::vector<Support>& support
       }
       asked[k] = {.displacement = zero_.data(), .force = load[k].data(), .stretch = response[k].data()};
     }
-    line.solve({asked.data(), columns});
+    line_->solve({asked.data(), columns});
     for (std::size_t k = 0; k < columns; ++k) {
       for (const std::size_t i : mine_) {
         compliance[i * count + from + k] = points_[i].side * response[k][local(i)];
@@ -81,11 +116,13 @@ LineContact::LineContact(FilteredLine& line, const std::vector<Support>& support
     }
   }
   problem_.emplace(std::move(compliance), count);
-  gap_.resize(count);
-  force_.resize(count);
 }
 
+/// Over the ranks, if they all hold all points.
 void LineContact::sum(std::vector<double>& values) const {
+  if (!dense()) {
+    return;
+  }
   const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM,
                 line_->beam().comm());
@@ -93,7 +130,11 @@ void LineContact::sum(std::vector<double>& values) const {
 
 void LineContact::add(std::span<const double> force, std::span<double* const> stretch,
                       std::span<double* const> moment) {
-  if (std::ranges::all_of(force, [](double value) { return value == 0.0; })) {
+  int any = std::ranges::any_of(force, [](double value) { return value != 0.0; }) ? 1 : 0;
+  if (!dense()) {
+    MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, line_->beam().comm());
+  }
+  if (any == 0) {
     return;
   }
   const std::size_t columns = stretch.size();
@@ -126,18 +167,27 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
   }
 }
 
-void LineContact::apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment) {
+bool LineContact::apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment) {
   gather(
       1, [&](std::size_t point, std::size_t /*field*/) { return mass_position[local(point)] + stretch[local(point)]; },
       gap_);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     gap_[i] = points_[i].side * (gap_[i] - points_[i].height);
   }
-  problem_->assume({});
-  problem_->solve(gap_, force_);
+  const bool held = solve(gap_, force_);
   const std::array<double*, 1> line{stretch.data()};
   const std::array<double*, 1> bending{moment.data()};
   add(force_, line, moment.empty() ? std::span<double* const>{} : std::span<double* const>{bending});
+  return held;
+}
+
+bool LineContact::solve(std::span<const double> gap, std::span<double> force) {
+  if (many_ != nullptr) {
+    return many_->solve(gap, force);
+  }
+  problem_->assume({});
+  problem_->solve(gap, force);
+  return std::ranges::any_of(force, [](double value) { return value > 0.0; });
 }
 
 }  // namespace udar

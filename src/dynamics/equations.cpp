@@ -46,7 +46,7 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_ != nullptr) {
-    line_contact_->apply(mass_position, state.stretch, state.moment);
+    state.held = line_contact_->apply(mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
 }

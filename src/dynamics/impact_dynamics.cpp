@@ -75,7 +75,8 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   kinks_.erase(std::ranges::unique(kinks_).begin(), kinks_.end());
   if (parameters.surface == ContactSurface::line && !equations.line().parameters().unfiltered &&
       !contact_.supports().empty()) {
-    line_contact_.emplace(equations_->line(), contact_.supports());
+    line_contact_.emplace(equations_->line(), contact_.supports(),
+                          static_cast<std::size_t>(contact_.parameters().line_dense_max));
     equations_->hold_line(&*line_contact_);
   }
   UDAR_CALL(VecCreateMPI(beam.comm(), static_cast<PetscInt>(2 * count_), PETSC_DETERMINE, state_.put()));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "udar/dynamics/step_maps.hpp"
 
@@ -33,6 +34,7 @@ LineForces::LineForces(Sweep& sweep, LineContact& contact, ContactState& state)
       legendre_[q][j] = legendre(j, kPoints[q]);
     }
     force_at_[q].resize(contact.points().size());
+    gap_at_[q].resize(contact.dense() ? 0 : contact.points().size());
   }
   gap_.resize(contact.points().size());
 }
@@ -58,23 +60,41 @@ void LineForces::apply() {
   }
   force_.assign(count * terms, 0.0);
   for (std::size_t q = 0; q < kGauss; ++q) {
-    // From the set of the last sweep; at first from that of the point before, so that a restart finds the same.
-    if (!first_sweep_) {
-      contact_->problem().assume(active_[q]);
-    } else if (q == 0) {
-      contact_->problem().assume({});
+    // Dense: from the set of the last sweep; at first from that of the point before, so that a restart finds the same.
+    if (contact_->dense() && (!first_sweep_ || q == 0)) {
+      contact_->problem().assume(first_sweep_ ? Active{} : active_[q]);
     }
     free_gap_at(kPoints[q]);
-    contact_->problem().solve(gap_, force_at_[q]);
-    active_[q] = contact_->problem().active();
-    for (const std::size_t i : active_[q]) {
-      for (std::size_t j = 0; j < terms; ++j) {
+    if (contact_->dense()) {
+      contact_->problem().solve(gap_, force_at_[q]);
+      active_[q] = contact_->problem().active();
+      held_[q] = !active_[q].empty();
+    } else {
+      held_[q] = contact_->solve(gap_, force_at_[q]);
+      gap_at_[q].assign(contact_->many().gaps().begin(), contact_->many().gaps().end());
+    }
+    for (std::size_t i = 0; held_[q] && i < count; ++i) {
+      for (std::size_t j = 0; force_at_[q][i] != 0.0 && j < terms; ++j) {
         force_[i * terms + j] += static_cast<double>(2 * j + 1) * kWeights[q] * legendre_[q][j] * force_at_[q][i];
       }
     }
   }
   first_sweep_ = false;
   kinks_.clear();
+  if (contact_->dense()) {
+    locate_kinks();
+  } else {
+    estimate_kinks();
+  }
+
+  std::array<double*, kMostTerms> line{};
+  for (std::size_t j = 0; j < terms; ++j) {
+    line[j] = sweep_->line_rows[j].data();
+  }
+  contact_->add(force_, {line.data(), terms}, {});
+}
+
+void LineForces::locate_kinks() {
   for (std::size_t q = 0; q + 1 < kGauss; ++q) {
     if (active_[q] != active_[q + 1]) {
       const double tau = std::min(first_change(active_[q], kPoints[q], kPoints[q + 1]), kPoints[q + 1]);
@@ -83,12 +103,36 @@ void LineForces::apply() {
   }
   find_border_kink(active_.front(), kPoints.front(), 0.0);
   find_border_kink(active_.back(), kPoints.back(), 1.0);
+}
 
-  std::array<double*, kMostTerms> line{};
-  for (std::size_t j = 0; j < terms; ++j) {
-    line[j] = sweep_->line_rows[j].data();
+/// Of many points: each of this rank's that changes sides between two Gauss points has a kink there, where its gap,
+/// gone on with from the open side, closes. What is before the first and after the last of them hardly counts
+/// (`kink_miss`); the next step or the last has seen it.
+void LineForces::estimate_kinks() {
+  const auto slope = [&](std::size_t i, std::size_t q) {  // between a Gauss point and the next
+    return (gap_at_[q + 1][i] - gap_at_[q][i]) / (kPoints[q + 1] - kPoints[q]);
+  };
+  for (std::size_t q = 0; q + 1 < kGauss; ++q) {
+    std::optional<Kink> strongest;
+    for (std::size_t i = 0; (held_[q] || held_[q + 1]) && i < gap_.size(); ++i) {
+      const bool before = force_at_[q][i] > 0.0;
+      const bool after = force_at_[q + 1][i] > 0.0;
+      if (before == after) {
+        continue;
+      }
+      // Where there is no second point on the open side, the gap across is the least slope that fits.
+      const bool known = before ? q + 2 < kGauss : q > 0;
+      const double open = known ? slope(i, before ? q + 1 : q - 1) : slope(i, q);
+      const std::size_t from = before ? q + 1 : q;
+      const double tau = open != 0.0 ? kPoints[from] - gap_at_[from][i] / open : kPoints[from];
+      if (!strongest || std::abs(open) > strongest->jump) {
+        strongest = {.tau = std::clamp(tau, kPoints[q], kPoints[q + 1]), .jump = std::abs(open)};
+      }
+    }
+    if (strongest) {
+      kinks_.push_back(*strongest);
+    }
   }
-  contact_->add(force_, {line.data(), terms}, {});
 }
 
 /// Fills `gap_` with the gaps of the free line.
@@ -214,23 +258,38 @@ void LineForces::write_journal() {
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
     state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
-  }
-  std::vector<double> held_gap(gap_.size());
-  for (std::size_t q = 0; q < kGauss; ++q) {
-    free_gap_at(kPoints[q]);
-    contact_->problem().assume(active_[q]);
-    contact_->problem().gaps(gap_, force_at_[q], held_gap);
-    for (const std::size_t i : contact_->mine()) {
-      state_->line_at(held_gap[i], contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+    if (force_[i * terms] > 0.0) {
+      state_->touch(contact_->local(i), sweep_->begin, sweep_->begin + sweep_->step);
     }
   }
-  const auto held = [](const Active& active) { return !active.empty(); };
-  if (std::ranges::any_of(active_, held)) {
-    // Contact begins and ends with a kink.
+  for (std::size_t q = 0; q < kGauss; ++q) {
+    if (contact_->dense()) {
+      free_gap_at(kPoints[q]);
+      gap_at_[q].resize(gap_.size());
+      contact_->problem().assume(active_[q]);
+      contact_->problem().gaps(gap_, force_at_[q], gap_at_[q]);
+    }
+    for (const std::size_t i : contact_->mine()) {
+      state_->line_at(gap_at_[q][i], contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+    }
+  }
+  if (std::ranges::find(held_, true) != held_.end()) {
+    // Contact begins and ends with a kink; of many points every rank knows its own alone, and that to a Gauss point.
     const auto at = [&](double tau) { return sweep_->begin + tau * sweep_->step; };
-    const auto [first, last] = std::ranges::minmax_element(kinks_, {}, &Kink::tau);
-    state_->hold(held(active_.front()) || kinks_.empty() ? at(0.0) : at(first->tau),
-                 held(active_.back()) || kinks_.empty() ? at(1.0) : at(last->tau));
+    double from = 0.0;
+    double until = 1.0;
+    if (!contact_->dense()) {
+      const auto first = static_cast<std::size_t>(std::ranges::find(held_, true) - held_.begin());
+      const auto last =
+          kGauss - 1 - static_cast<std::size_t>(std::ranges::find(held_.rbegin(), held_.rend(), true) - held_.rbegin());
+      from = first == 0 ? 0.0 : kPoints[first];
+      until = last + 1 == kGauss ? 1.0 : kPoints[last];
+    } else if (!kinks_.empty()) {
+      const auto [first, last] = std::ranges::minmax_element(kinks_, {}, &Kink::tau);
+      from = held_.front() ? 0.0 : first->tau;
+      until = held_.back() ? 1.0 : last->tau;
+    }
+    state_->hold(at(from), at(until));
   }
 }
 

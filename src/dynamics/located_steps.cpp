@@ -533,12 +533,9 @@ void LocatedSteps::track_line_contact() {
     }
     contact_->line_at(point.side * (end_values_[node] + end_.stretch[node] - point.height), node, end_.time);
   }
-  const auto held = [](const LineState& state) {
-    return std::ranges::any_of(state.contact_force, [](double force) { return force > 0.0; });
-  };
-  const bool early = held(start_);
-  const bool late = held(end_);
-  if (early || late || held(halfway)) {
+  const bool early = start_.held;
+  const bool late = end_.held;
+  if (early || late || halfway.held) {
     contact_->hold(early ? start_.time : halfway.time, late ? end_.time : halfway.time);
   }
 }
@@ -746,6 +743,50 @@ double LocatedSteps::amplitude_offset(std::size_t node, double theta) const {
   return offset;
 }
 
+/// Forces that all ranks know are saved as a table; others at nodes, in as many fields as supports share a node.
+void LocatedSteps::save_forces(const LineContact& contact, MotionState& state) const {
+  if (contact.dense()) {
+    return;  // with the line
+  }
+  state.tables.erase("contact_force");
+  state.scalars["contact_held"] = start_.held ? 1.0 : 0.0;
+  const std::vector<int> layer = layers(contact);
+  int count = layer.empty() ? 0 : std::ranges::max(layer) + 1;
+  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPI_INT, MPI_MAX, equations_->beam().comm());
+  for (int k = 0; k < count; ++k) {
+    std::vector<double>& field = state.fields["contact_force_" + std::to_string(k)];
+    field.assign(count_, 0.0);
+    for (const std::size_t i : contact.mine()) {
+      if (layer[i] == k) {
+        field[contact.local(i)] = start_.contact_force[i];
+      }
+    }
+  }
+}
+
+void LocatedSteps::restore_forces(const LineContact& contact, const MotionState& state, LineState& line) const {
+  if (contact.dense()) {
+    line.held = std::ranges::any_of(line.contact_force, [](double force) { return force > 0.0; });
+    return;
+  }
+  line.held = state.scalar("contact_held") != 0.0;
+  const std::vector<int> layer = layers(contact);
+  line.contact_force.resize(layer.size());
+  for (const std::size_t i : contact.mine()) {
+    line.contact_force[i] = state.field("contact_force_" + std::to_string(layer[i]), count_)[contact.local(i)];
+  }
+}
+
+/// How many points before this one have the same node.
+std::vector<int> LocatedSteps::layers(const LineContact& contact) const {
+  std::vector<int> seen(count_, 0);
+  std::vector<int> layer(contact.points().size());
+  for (const std::size_t i : contact.mine()) {
+    layer[i] = seen[contact.local(i)]++;
+  }
+  return layer;
+}
+
 void LocatedSteps::save(MotionState& state) const {
   save_line(start_, state);
   if (!plain_) {
@@ -758,6 +799,9 @@ void LocatedSteps::save(MotionState& state) const {
         touch[node] += code * (run.side > 0.0 ? 1 : kAbove);  // one on each side at most
       }
     }
+  }
+  if (equations_->line_contact() != nullptr) {
+    save_forces(*equations_->line_contact(), state);
   }
   state.scalars["repeated_steps"] = static_cast<double>(repeated_steps_);
   state.scalars["rhs_evaluations"] = static_cast<double>(evaluations_);
@@ -775,7 +819,11 @@ void LocatedSteps::restore(const MotionState& state) {
                                                  .fresh = code >= kFresh};
     }
   }
-  start(saved_line(state, count_));
+  LineState line = saved_line(state, count_);
+  if (equations_->line_contact() != nullptr) {
+    restore_forces(*equations_->line_contact(), state, line);
+  }
+  start(line);
 }
 
 }  // namespace udar

@@ -73,7 +73,8 @@ class Moreau final : public ProblemStepper {
     displacement_.resize(count_);
     stretch_.resize(count_);
     if (!contact_->supports().empty()) {
-      contact_nodes_.emplace(equations_->line(), contact_->supports());
+      contact_nodes_.emplace(equations_->line(), contact_->supports(),
+                             static_cast<std::size_t>(contact_->parameters().line_dense_max));
       force_.resize(contact_nodes_->points().size());
     }
   }
@@ -119,8 +120,7 @@ class Moreau final : public ProblemStepper {
         gaps[i] = points[i].side * of[gap];
       }
     }
-    contact_nodes_->problem().assume({});
-    contact_nodes_->problem().solve(gaps, force_);
+    held_ = contact_nodes_->solve(gaps, force_);
     const std::array<double*, 1> line{stretch_.data()};
     contact_nodes_->add(force_, line, {});
   }
@@ -144,7 +144,7 @@ class Moreau final : public ProblemStepper {
                          impulse, -impulse * mean_velocity(node));
       }
     }
-    if (std::ranges::any_of(force_, [](double force) { return force > 0.0; })) {
+    if (held_) {
       contact_->hold(begin_, begin_ + length_);
     }
   }
@@ -154,7 +154,8 @@ class Moreau final : public ProblemStepper {
   std::vector<double> guess_;  // y + h/2 v
   std::vector<double> displacement_;
   std::vector<double> stretch_;  // ymid - guess
-  std::vector<double> force_;    // by contact point, on every rank [N]
+  std::vector<double> force_;    // by contact point [N]
+  bool held_ = false;            // any of them on any rank
   std::vector<double> work_;
 };
 

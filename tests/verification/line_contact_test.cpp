@@ -27,19 +27,36 @@ struct Ball {
   [[nodiscard]] double contact() const { return 2.0 * (M_PI - std::atan(speed() / (wf * rest()))) / wf; }
 };
 
-class LineContactRun : public testing::TestWithParam<const char*> {
- private:
-  test::Option type_{"-ts_type", GetParam()};
+/// An integrator, and the contact nodes that count as few.
+struct Way {
+  const char* integrator;
+  PetscInt dense;
 };
-INSTANTIATE_TEST_SUITE_P(All, LineContactRun, testing::Values("rk", "impact"),
-                         [](const auto& tested) { return std::string{tested.param}; });
+
+class LineContactRun : public testing::TestWithParam<Way> {
+ protected:
+  [[nodiscard]] static ContactParameters on_line() {
+    ContactParameters contact = kOnLine;
+    contact.line_dense_max = GetParam().dense;
+    return contact;
+  }
+
+ private:
+  test::Option type_{"-ts_type", GetParam().integrator};
+};
+INSTANTIATE_TEST_SUITE_P(All, LineContactRun,
+                         testing::Values(Way{"rk", 100}, Way{"impact", 100}, Way{"rk", 0}, Way{"impact", 0}),
+                         [](const auto& tested) {
+                           return std::string{tested.param.integrator} + (tested.param.dense > 0 ? "" : "_many");
+                         });
 
 TEST_P(LineContactRun, FlatFallBouncesAsABallOnItsSpring) {
   const Ball ball{.wf = 100.0, .height = 1.0};
   const double lift = ball.first_touch() + ball.contact();
   const test::Option rtol{"-ts_rtol", "1e-10"};
   const test::Option end{"-ts_max_time", "0.6"};
-  test::Fall fall{test::steel_beam(8), ball.wf, kGravity, {.height = ball.height}, {Support::floor(0.0, 1.0)}, kOnLine};
+  test::Fall fall{test::steel_beam(8),        ball.wf,  kGravity, {.height = ball.height},
+                  {Support::floor(0.0, 1.0)}, on_line()};
   test::Recorder record{0.05};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -83,7 +100,7 @@ TEST_P(LineContactRun, StopsOnBothSidesHoldTheSameNode) {
                   {.height = 0.0, .velocity = speed},
                   {{.position = 5.0, .width = 10.0, .height = -gap},
                    {.position = 5.0, .width = 10.0, .height = gap, .side = SupportSide::above}},
-                  kOnLine};
+                  on_line()};
   fall.dynamics.solve();
   // Touches above at gap / speed, then every `half`: above, below, above, below within 0.5 s.
   const double mass = fall.beam.total_mass();
@@ -100,7 +117,7 @@ TEST_P(LineContactRun, StopsOnBothSidesHoldTheSameNode) {
 /// A heavy beam on a rigid floor whose end is lifted by a force P: it leaves the floor over l = 2 P / q, the floor
 /// gives P at the point of touchdown, and the end rises by q l^4 / (24 EI). Masses that follow the line are the
 /// proximal point iteration of this obstacle problem.
-double lifted_end(PetscInt elements, double length, double& touchdown_force) {
+double lifted_end(PetscInt elements, double length, std::size_t dense_points, double& touchdown_force) {
   const BeamParameters parameters = test::steel_beam(elements);
   const BeamSegment& segment = parameters.segments.front();
   const double q = segment.mass_per_length * kGravity;
@@ -112,7 +129,7 @@ double lifted_end(PetscInt elements, double length, double& touchdown_force) {
   const Loads loads{beam, kGravity, load};
   const InitialState initial{.height = 0.0};
   Equations equations{line, loads, initial};
-  LineContact contact{line, {Support::floor(0.0, 1.0)}};
+  LineContact contact{line, {Support::floor(0.0, 1.0)}, dense_points};
   equations.hold_line(&contact);
   std::vector<double> masses(static_cast<std::size_t>(beam.local_nodes()), 0.0);
   LineState state;
@@ -130,17 +147,23 @@ double lifted_end(PetscInt elements, double length, double& touchdown_force) {
   EXPECT_LE(change, 1e-14) << "the static line";
   // Force beyond what the flat part weighs, around the touchdown.
   touchdown_force = 0.0;
-  for (std::size_t i = 0; i < contact.points().size(); ++i) {
-    const double x = beam.position(contact.points()[i].node);
-    const double weight = q * (i == 0 ? 0.5 * h : h);
-    touchdown_force += x < segment.length - length + 0.5 * h ? contact.forces()[i] - weight : 0.0;
+  for (const std::size_t i : contact.mine()) {
+    const PetscInt node = contact.points()[i].node;
+    const double weight = q * (node == 0 ? 0.5 * h : h);
+    touchdown_force += beam.position(node) < segment.length - length + 0.5 * h ? contact.forces()[i] - weight : 0.0;
   }
+  MPI_Allreduce(MPI_IN_PLACE, &touchdown_force, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   double end = beam.end() == beam.nodes() ? masses.back() : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
   return end;
 }
 
-TEST(LineContactStatics, HeavyBeamLiftedAtItsEndFindsTheExactTouchdown) {
+/// By few and by many contact nodes.
+class LineContactStatics : public testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(All, LineContactStatics, testing::Values(1000, 0),
+                         [](const auto& tested) { return std::string{tested.param > 0 ? "few" : "many"}; });
+
+TEST_P(LineContactStatics, HeavyBeamLiftedAtItsEndFindsTheExactTouchdown) {
   const double length = 4.0;
   const BeamSegment segment = test::steel_beam(1).segments.front();
   const double q = segment.mass_per_length * kGravity;
@@ -148,7 +171,7 @@ TEST(LineContactStatics, HeavyBeamLiftedAtItsEndFindsTheExactTouchdown) {
   double error = 0.0;
   for (const PetscInt elements : {50, 100, 200}) {
     double force = 0.0;
-    const double end = lifted_end(elements, length, force);
+    const double end = lifted_end(elements, length, GetParam(), force);
     const double before = error;
     error = std::abs(end / exact - 1.0);
     // Weight in lumps of h: the sag of each element's own weight is missed, of second order in h / l.

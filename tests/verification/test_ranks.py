@@ -46,10 +46,27 @@ CASES = {
     "line_contact": {**LINE_CONTACT, "integrators": ("impact",)},
     # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.
     "line_contact_by_rk": {**LINE_CONTACT, "ts_adapt_type": "none", "ts_dt": 1e-3, "integrators": ("rk",)},
+    "line_contact_of_many": {
+        "support_position": None,
+        "floor": True,
+        "contact_surface": "line",
+        "contact_line_dense_max": 0,
+        "initial_slope": 0.02,
+        "ts_adapt_type": "none",
+        "ts_dt": 1e-3,
+        "integrators": ("rk",),
+    },
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
+    "unfiltered_with_many": {
+        "filter_frequency": "none",
+        "ts_dt": 2e-4,
+        "support_width": "0,1",
+        "contact_line_dense_max": 0,
+        "integrators": ("moreau",),
+    },
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
 }
@@ -190,15 +207,18 @@ for name, changes in {
                 ),
             )
 
-for integrator, steps, changes in (
-    ("rk", 150, LINE_CONTACT),
-    ("impact", 60, LINE_CONTACT),
-    ("moreau", 950, UNFILTERED),
+MANY = {"contact_line_dense_max": 0, "floor": True, "initial_slope": 0.02}
+for integrator, steps, changes, name in (
+    ("rk", 150, LINE_CONTACT, "line_contact"),
+    ("impact", 60, LINE_CONTACT, "line_contact"),
+    ("moreau", 950, UNFILTERED, "unfiltered"),
+    ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
+    ("impact", 60, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
 ):
     for ranks in (1, 2):
         setattr(
             Restart,
-            f"test_{'unfiltered' if integrator == 'moreau' else 'line_contact'}_by_{integrator}_on_{ranks}",
+            f"test_{name}_by_{integrator}_on_{ranks}",
             lambda self, ranks=ranks, steps=steps, changes={**changes, "ts_type": integrator}: self.check(
                 ranks, steps, **changes
             ),

@@ -61,7 +61,8 @@ struct Case {
 [[nodiscard]] BeamParameters read_beam(MPI_Comm comm, Formulation& formulation);
 [[nodiscard]] FilterInput read_filter(MPI_Comm comm, Formulation formulation);
 
-/// @brief What `-output_force_window` stands for at the filter frequency of the case, known after `choose_frequency`. @throws InputError if it is too short for impacts
+/// @brief What `-output_force_window` stands for at the filter frequency of the case, known after `choose_frequency`.
+/// @throws InputError if it is too short for impacts
 void settle_force_window(Case& input);
 
 /// @brief Reads every option of udar; prints their manual under `-help`.

@@ -3,44 +3,42 @@
 /// Contact of the massless line with its supports.
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "udar/contact/complementarity.hpp"
+#include "udar/contact/obstacle_forces.hpp"
 #include "udar/contact/support.hpp"
 #include "udar/filter/filtered_line.hpp"
 
 namespace udar {
 
-/// @brief A node of the line and a support that may hold it.
-struct LinePoint {
-  PetscInt node = 0;     ///< global
-  PetscInt support = 0;  ///< index
-  double side = 1.0;     ///< +1 support below, -1 above: gap = side (y - height)
-  double height = 0.0;   ///< [m]
-};
-
 /// @brief The line held off its supports: Yc = argmin 1/2 Yc'(wf^2 M + C)Yc - (wf^2 M Ym + F)'Yc with Yc >= support at
 /// every node that a support touches; the multipliers are the contact forces.
 ///
-/// The compliance of the line between all contact points is computed once, by a line solve for each; what then remains
-/// is a complementarity problem of their number, solved alike on every rank. Source: docs/theory.md, "Contact on the
+/// With few contact points (`dense`) the compliance of the line between them is computed once, by a line solve for
+/// each; what then remains is a complementarity problem of their number, solved alike on every rank. With many every
+/// rank knows its own points alone, and the problem goes to `ObstacleForces`. Source: docs/theory.md, "Contact on the
 /// line"
 class LineContact {
  public:
-  /// @note Collective: a line solve per contact point, one reduction.
-  /// @throws InputError as `contact_runs`, or for more contact points than `kMostPoints`
-  LineContact(FilteredLine& line, const std::vector<Support>& supports);
+  /// Contact points side by side under one support up to which pivoting serves (docs/theory.md, measured).
+  static constexpr std::size_t kDensePoints = 100;
 
-  /// More would need more memory for the compliance than the line itself.
-  static constexpr std::size_t kMostPoints = 2000;
+  /// @param dense_points more contact points than these under one support are many
+  /// @note Collective: few points, a line solve for each and one reduction.
+  /// @throws InputError as `contact_runs`, and as `ObstacleForces` for many
+  LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
 
+  [[nodiscard]] bool dense() const noexcept { return many_ == nullptr; }
+  /// Dense: those of all ranks, in this order on each; else this rank's.
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
 
-  /// @brief Values at the contact points, by point, then field, on every rank.
+  /// @brief Values at the contact points, by point, then field.
   /// @param value of a field at a point of this rank: value(point, field)
-  /// @note Collective: one reduction.
+  /// @note Collective: one reduction if dense.
   template <class Value>
   void gather(std::size_t fields, const Value& value, std::vector<double>& values) const {
     values.assign(points_.size() * fields, 0.0);
@@ -61,26 +59,36 @@ class LineContact {
   /// @brief Adds what contact forces do to the line.
   /// @param force for every point: away from its support [N], `columns` of them one after the other for each point
   /// @param stretch, moment of each column, local nodes; moments empty: not wanted
-  /// @note Collective: a line solve per column, none if all forces are zero.
+  /// @note Collective: a line solve per column, none if all forces are zero; one reduction unless dense.
   void add(std::span<const double> force, std::span<double* const> stretch, std::span<double* const> moment);
 
   /// @brief The line with contact for the line without, at one time.
   /// @param[in] mass_position Ym [m] @param[in,out] stretch d = Yc - Ym [m] @param[in,out] moment [N m]; may be empty
-  /// @note Collective: one reduction and, in contact, one line solve.
-  void apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
-  /// Contact forces of the last `apply`, away from the supports [N], equal on every rank.
+  /// @return whether any force holds it, equal on every rank
+  /// @note Collective: one reduction and, in contact, one line solve; unless dense, as `ObstacleForces::solve` besides.
+  bool apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
+  /// Contact forces of the last `apply` at the points, away from the supports [N].
   [[nodiscard]] std::span<const double> forces() const noexcept { return force_; }
 
-  /// The small problem: gaps of the free line [m] to forces [N].
+  /// @brief Forces for gaps of the free line, from no guess: equal gaps give equal forces. @param[in] gap at the points
+  /// [m]; infinite: a point that never touches @param[out] force [N]
+  /// @return whether there is a force, equal on every rank
+  /// @note Collective unless dense.
+  bool solve(std::span<const double> gap, std::span<double> force);
+  /// If dense, the small problem: gaps of the free line [m] to forces [N].
   [[nodiscard]] Complementarity& problem() noexcept { return *problem_; }
+  /// If not dense, the problem of many points.
+  [[nodiscard]] ObstacleForces& many() noexcept { return *many_; }
 
  private:
+  void compute_compliance();
   void sum(std::vector<double>& values) const;
 
   FilteredLine* line_;
   std::vector<LinePoint> points_;
   std::vector<std::size_t> mine_;  // points on this rank's nodes
   std::optional<Complementarity> problem_;
+  std::unique_ptr<ObstacleForces> many_;
   std::vector<double> zero_;
   std::vector<std::vector<double>> load_;        // work, by column
   std::vector<std::vector<double>> correction_;  // work: stretch, then moment of each column

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "udar/contact/line_contact.hpp"
 #include "udar/contact/support.hpp"
 #include "udar/dynamics/observer.hpp"
 #include "udar/filter/filtered_line.hpp"
@@ -37,6 +38,7 @@ enum class ContactSurface : std::uint8_t {
 struct ContactParameters {
   double hop_tolerance = 1e-10;  ///< a mass whose next hop would stay below this rests instead [m], > 0
   ContactSurface surface = ContactSurface::mass;
+  PetscInt line_dense_max = static_cast<PetscInt>(LineContact::kDensePoints);  ///< see `LineContact`, >= 0
 };
 
 /// @brief Sums of contact over the whole run so far; equal on every rank.

@@ -19,7 +19,8 @@ struct LineState {
   std::vector<double> stretch;        ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
   std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
   std::vector<double> moment;         ///< [N m]; empty unless asked for
-  std::vector<double> contact_force;  ///< of every contact point of the line, away from its support [N], on every rank
+  std::vector<double> contact_force;  ///< at `LineContact::points`, away from the supports [N]
+  bool held = false;                  ///< whether there is any of them, equal on every rank
 };
 
 /// @brief Rayleigh damping of the filtered beam: the force -(mass M + stiffness D) Ym' on the masses, D Ym' = wf^2 M

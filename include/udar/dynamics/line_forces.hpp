@@ -17,7 +17,8 @@ namespace udar {
 ///
 /// The complementarity problem is solved at Gauss points of the step and the forces are projected. Where points begin
 /// or end to touch, the line's motion has a kink, which no polynomial shows: it is located, and its error is told, so
-/// that the step may be cut there. Source: docs/theory.md, "Contact on the line"
+/// that the step may be cut there. Of many points kinks are estimated from the gaps at the Gauss points. Source:
+/// docs/theory.md, "Contact on the line"
 class LineForces {
  public:
   /// All outlive this object.
@@ -26,7 +27,8 @@ class LineForces {
   /// Another step, or another length of it.
   void begin() noexcept { first_sweep_ = true; }
   /// @brief Adds to the free line, just solved for, what contact forces do to it.
-  /// @note Collective: one reduction and, in contact, one batch of line solves.
+  /// @note Collective: one reduction and, in contact, one batch of line solves; with many points a solve of
+  /// `ObstacleForces` at each Gauss point, too.
   void apply();
   /// Enters the kinks of the last `apply`.
   void tell(Tally& tally) const;
@@ -43,6 +45,8 @@ class LineForces {
   using Active = std::vector<std::size_t>;
 
   void free_gap_at(double tau);
+  void locate_kinks();
+  void estimate_kinks();
   void find_border_kink(const Active& inside, double at, double border);
   void motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const;
   [[nodiscard]] double first_change(const Active& active, double from, double to) const;
@@ -56,7 +60,9 @@ class LineForces {
   std::vector<double> free_gap_;                                   // Legendre coefficients by point [m]
   std::vector<double> force_;                                      // the same of the forces [N]
   std::array<std::vector<double>, kGauss> force_at_;
-  std::array<Active, kGauss> active_;
+  std::array<bool, kGauss> held_{};                 // any force, on any rank
+  std::array<Active, kGauss> active_;               // few points
+  std::array<std::vector<double>, kGauss> gap_at_;  // many points, with contact [m]
   std::vector<Kink> kinks_;
   std::vector<double> gap_;  // work
   bool first_sweep_ = true;

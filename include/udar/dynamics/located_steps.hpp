@@ -92,6 +92,9 @@ class LocatedSteps final : public Stepper {
                                             double time) const;
   [[nodiscard]] Given given(const ContactRun& run, std::size_t node, double theta) const;
   void track_line_contact();
+  void save_forces(const LineContact& contact, MotionState& state) const;
+  void restore_forces(const LineContact& contact, const MotionState& state, LineState& line) const;
+  [[nodiscard]] std::vector<int> layers(const LineContact& contact) const;
   [[nodiscard]] Kinematics kinematics(std::size_t node, const double* state, const LineState& line) const;
   [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
   [[nodiscard]] double line_gap(const ContactRun& run, std::size_t node, double theta) const;

@@ -3,6 +3,7 @@
 /// Move-only owners of PETSc objects.
 
 #include <petscksp.h>
+#include <petsctao.h>
 #include <petscts.h>
 
 #include <utility>
@@ -54,5 +55,6 @@ using Matrix = Handle<Mat, MatDestroy>;
 using IndexSet = Handle<IS, ISDestroy>;
 using LinearSolver = Handle<KSP, KSPDestroy>;
 using TimeStepper = Handle<TS, TSDestroy>;
+using Optimizer = Handle<Tao, TaoDestroy>;
 
 }  // namespace udar::petsc

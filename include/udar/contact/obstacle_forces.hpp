@@ -1,0 +1,93 @@
+#pragma once
+/// @file
+/// Contact forces of many nodes of the line.
+
+#include <petsctao.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/contact/support.hpp"
+#include "udar/filter/chain_solver.hpp"
+#include "udar/filter/filtered_line.hpp"
+#include "udar/petsc/handle.hpp"
+
+namespace udar {
+
+/// @brief A node of the line and a support that may hold it.
+struct LinePoint {
+  PetscInt node = 0;     ///< global
+  PetscInt support = 0;  ///< index
+  double side = 1.0;     ///< +1 support below, -1 above: gap = side (y - height)
+  double height = 0.0;   ///< [m]
+};
+
+/// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with the compliance W of the line between contact nodes never formed.
+///
+/// It is the quadratic program min r'W r / 2 + q'r, r >= 0, and goes to TAO's interior point method (`TAOBQPIP`), which
+/// asks for products with W, a line solve each, and for solves with W plus a diagonal D. Those are line solves, too,
+/// with a spring of stiffness 1 / D beside that of the filter at each contact node. Every solve starts from the same
+/// point: what comes out depends on q alone. Source: docs/theory.md, "Contact on the line"
+/// @note Options: `-contact_tao_monitor`, `-contact_tao_max_it`, ... (prefix `contact_`).
+class ObstacleForces {
+ public:
+  /// @param points of this rank @note Collective. Memory and cost O(local nodes).
+  /// @throws InputError if the line is not one for the chain solver
+  ObstacleForces(FilteredLine& line, std::span<const LinePoint> points);
+  ObstacleForces(const ObstacleForces&) = delete;
+  ObstacleForces& operator=(const ObstacleForces&) = delete;
+  ~ObstacleForces();
+
+  /// @brief Solves for the forces. @param[in] gap q of this rank's points [m]; infinite: a point that never touches
+  /// @param[out] force r of these [N]
+  /// @return whether there is a force on any rank
+  /// @note Collective: one reduction if all gaps are open, else 15 to 40 iterations (docs/theory.md).
+  /// @throws SolveError if a gap is not a number, the iteration does not end, or the result violates the conditions
+  bool solve(std::span<const double> gap, std::span<double> force);
+  /// q + W r after the last solve [m], this rank's points.
+  [[nodiscard]] std::span<const double> gaps() const noexcept { return gap_; }
+
+ private:
+  struct Callbacks;
+
+  void create_optimizer();
+  void compliance(std::span<const double> force, std::span<double> gap);
+  void factor();
+  void solve_shifted(std::span<const double> right, std::span<double> solution);
+  void test_convergence();
+  [[nodiscard]] std::string check(std::span<const double> asked, std::span<double> force);
+
+  FilteredLine* line_;
+  std::vector<PetscInt> node_;  // of each point, local
+  std::vector<double> side_;
+  std::vector<std::size_t> by_node_;  // points in the order of their nodes
+  LineData shifted_data_;
+  ChainSolver free_;
+  std::optional<ChainSolver> shifted_;
+  double force_unit_ = 1.0;  // [N]; of gaps one metre
+  double force_bound_ = 1.0;
+  double unit_ = 1.0;  // largest penetration of the line without contact [m]
+  std::vector<double> q_;
+  std::vector<double> diagonal_;
+  std::vector<double> factored_;
+  std::vector<double> spring_;
+  std::vector<double> zero_;    // work, by node
+  std::vector<double> load_;    // work, by node
+  std::vector<double> target_;  // work, by node
+  std::vector<double> stretch_;
+  std::vector<double> gap_;
+  petsc::Matrix hessian_;
+  petsc::Vector unknowns_;
+  petsc::Vector lower_;
+  petsc::Vector upper_;
+  petsc::Vector multiplier_;
+  petsc::Vector upper_multiplier_;
+  petsc::Optimizer optimizer_;
+  std::vector<double> history_;  // complementarity of the iterations so far
+};
+
+}  // namespace udar
