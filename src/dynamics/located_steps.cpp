@@ -789,9 +789,6 @@ std::vector<int> LocatedSteps::layers(const LineContact& contact) const {
 
 void LocatedSteps::save(MotionState& state) const {
   save_line(start_, state);
-  if (equations_->line_contact() != nullptr) {
-    save_forces(*equations_->line_contact(), state);
-  }
   if (!plain_) {
     std::vector<double>& touch = state.fields["touch"];
     touch.assign(count_, 0.0);
@@ -802,6 +799,9 @@ void LocatedSteps::save(MotionState& state) const {
         touch[node] += code * (run.side > 0.0 ? 1 : kAbove);  // one on each side at most
       }
     }
+  }
+  if (equations_->line_contact() != nullptr) {
+    save_forces(*equations_->line_contact(), state);
   }
   state.scalars["repeated_steps"] = static_cast<double>(repeated_steps_);
   state.scalars["rhs_evaluations"] = static_cast<double>(evaluations_);

@@ -431,7 +431,7 @@ void TouchingMasses::press(const ContactRun& run, std::size_t node, double push,
 
 std::array<double, 2> TouchingMasses::reach_of_lift(std::size_t run) const {
   if (!contact_->runs()[run].motion) {
-    return {};
+    return {0.0, 0.0};
   }
   const auto& c = lifts_[run];
   const std::array<double, 4> bernstein{c[0], c[0] + c[1] / 3.0, c[0] + (2.0 * c[1] + c[2]) / 3.0,

@@ -154,7 +154,7 @@ inline double slope(const double* c, std::size_t count, double s) {
 inline std::array<double, kMostTerms> path_from(const Stop& stop, double tau) {
   std::array<double, kMostTerms> path{stop.at};
   if (stop.moves) {
-    std::copy(stop.path.begin(), stop.path.end(), path.begin() + 1);
+    std::ranges::copy(stop.path, path.begin() + 1);
     shift(path, 4, tau);
   }
   return path;
@@ -413,7 +413,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       }
     }
     if (stalled && met < 0) {
-      end = std::min(end, std::min(left, kHold));
+      end = std::min({end, left, kHold});
     }
     stalls = end == 0.0 ? stalls + 1 : 0;
     detail::add_moments(series.data(), powers, tau, end, problem.terms, outcome.moments);

@@ -105,10 +105,11 @@ class TouchingMasses {
                    double ground) const;
   /// @param push, work as in `local::Silent::pressed`
   void press(const ContactRun& run, std::size_t node, double push, double work) const;
-  void track_nodes(std::size_t run, std::size_t first, std::size_t last);
+  void track_nodes(std::size_t index, std::size_t first, std::size_t last);
   /// Lowest and highest bound of a run's lift in the step [m].
   [[nodiscard]] std::array<double, 2> reach_of_lift(std::size_t run) const;
 
+  local::Batch batch_;
   Sweep* sweep_;
   ContactState* contact_;
   const BeamChain* beam_;
@@ -129,7 +130,6 @@ class TouchingMasses {
   std::array<double, kBlock> line_low_{};
   std::array<double, kBlock> line_high_{};
   std::array<std::uint8_t, kBlock> near_{};
-  local::Batch batch_;
   std::array<std::size_t, local::kLanes> batch_mass_{};
   std::array<Moments, local::kLanes> batch_before_{};  // u before the sweep
   std::array<Moments, kBlock> block_moments_{};        // the same of the touching masses of a block
