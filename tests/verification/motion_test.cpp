@@ -362,6 +362,16 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
   }
 }
 
+double momentum_of(const test::Fall& fall) {
+  double momentum = 0.0;
+  const MassState masses = fall.dynamics.masses();
+  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
+    momentum += fall.line.mass()[i] * masses.velocity[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return momentum;
+}
+
 /// A load that grows and stays on a free beam: momentum and work follow from the table.
 TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   const test::Option end{"-ts_max_time", "0.5"};
@@ -371,12 +381,7 @@ TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  double momentum = 0.0;
-  const MassState masses = fall.dynamics.masses();
-  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
-    momentum += fall.beam.mass(fall.beam.begin() + static_cast<PetscInt>(i)) * masses.velocity[i];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  const double momentum = momentum_of(fall);
   const double impulse = 0.5 * 4000.0 * 0.073 + 0.5 * 3000.0 * 0.177 - 1000.0 * 0.2;
   EXPECT_NEAR(momentum, impulse, within(1e-8) * impulse);
   EXPECT_GT(std::abs(record.energies.back().total()), 1.0);
@@ -400,12 +405,7 @@ TEST_P(Motion, ManyKinksOfATableGiveTheirImpulseAndTheirWork) {
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  double momentum = 0.0;
-  const MassState masses = fall.dynamics.masses();
-  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
-    momentum += fall.beam.mass(fall.beam.begin() + static_cast<PetscInt>(i)) * masses.velocity[i];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  const double momentum = momentum_of(fall);
   // 4000 N are the scale of the sums; one step with the wrong slope is off by 1e-4 of it.
   EXPECT_NEAR(momentum, impulse, within(1e-8) * 4000.0 * 0.3);
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-8));
