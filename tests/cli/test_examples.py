@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+"""The examples run as their READMEs say, cut short, and do what these say of them."""
+
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from common import ROOT, UdarTest
+
+EXAMPLES = ROOT / "examples"
+
+
+class Examples(UdarTest):
+    def example(self, folder, ranks=0, name="run", **changes):
+        """One run of an example's case, from the top folder: its tables are named from there."""
+        return self.run_case({"options_file": EXAMPLES / folder / "case.yaml", **changes}, ranks, name=name, cwd=ROOT)
+
+    def test_02_line_stays_on_the_supports_that_masses_sink_through(self):
+        gaps = {}
+        for name, changes in {
+            "points": {"filter_frequency": 100},
+            "patches": {"filter_frequency": 100, "support_width": 0.5},
+            "line": {"filter_frequency": 100, "contact_surface": "line"},
+            "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4},
+        }.items():
+            run = self.example("02-supports", name=name, **changes)
+            gaps[name] = run.summary()["min_line_gap"]
+            self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-5, run)
+        # README: 20 cm, 12 cm, on them, below 1 mm.
+        self.assertAlmostEqual(gaps["points"], -0.20, delta=0.01)
+        self.assertAlmostEqual(gaps["patches"], -0.118, delta=0.005)
+        self.assertGreater(gaps["line"], -1e-12)
+        self.assertGreater(gaps["unfiltered"], -1e-3)
+
+    def test_03_tip_stays_between_its_stops(self):
+        run = self.example("03-stops", ts_max_time=0.2)
+        tip = run.csv("gauges.csv")["line_1"]
+        self.assertLess(np.abs(tip).max(), 0.002 + 1e-12, run)
+        self.assertGreater(np.abs(tip).max(), 0.0019, "it touches")
+        impulse = run.summary()["support_impulse"]
+        self.assertGreater(impulse[0], 0)
+        self.assertLess(impulse[1], 0)
+        energy = run.csv("energy.csv")
+        late = energy["time"] > 0.1  # before, there is next to no energy to relate the drift to
+        self.assertLess(np.abs(energy["drift"][late]).max(), 1e-4, run)
+
+    def test_04_pipeline_touches_its_highest_sleepers_first(self):
+        run = self.example("04-pipeline", ranks=2, beam_elements=4000, ts_max_time=0.25)
+        summary = run.summary()
+        self.assertAlmostEqual(summary["first_contact_time"], 0.2389, delta=1e-3)
+        touched = np.array(summary["support_impulse"]) > 0
+        self.assertTrue(0 < touched.sum() < 200, touched.sum())
+        self.assertGreater(summary["min_line_gap"], -1e-10, run)
+
+    def test_04_case_is_what_its_script_writes(self):
+        script = EXAMPLES / "04-pipeline" / "make_case.py"
+        written = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(written, (script.parent / "case.yaml").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
