@@ -39,7 +39,7 @@ void Complementarity::factor() {
     if (factors_.size() < kFactors) {
       factors_.emplace_back();
     }
-    std::rotate(factors_.begin(), factors_.end() - 1, factors_.end());
+    std::ranges::rotate(factors_, factors_.end() - 1);
     Factor& factor = factors_.front();
     const std::size_t count = active_.size();
     factor.rows = active_;

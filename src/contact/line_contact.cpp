@@ -22,7 +22,7 @@ bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::
   std::size_t widest = 0;
   for (const Support& support : supports) {
     const auto [first, last] = touched_nodes(beam, support);
-    const auto count = static_cast<std::size_t>(last - first + 1);
+    const auto count = static_cast<std::size_t>(last - first) + 1;
     all += count;
     widest = std::max(widest, count);
   }

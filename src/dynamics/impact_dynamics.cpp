@@ -376,7 +376,7 @@ void ImpactDynamics::snapshot(double time, double until) {
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
                 equations_->beam().comm());
   shown_impulse_.resize(given.size());
-  std::transform(given.begin(), given.end(), sums.begin() + kEnergies, shown_impulse_.begin(), std::plus{});
+  std::ranges::transform(given, std::span{sums}.subspan(kEnergies), shown_impulse_.begin(), std::plus{});
   now.lost_in_impacts = contact_.counts().lost + sums[0];
   now.load_work = sums[1];
   now.support_work = contact_.counts().work + sums[2];

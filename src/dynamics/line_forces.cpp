@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "udar/dynamics/local_motion.hpp"
 #include "udar/dynamics/step_maps.hpp"
 
 namespace udar {

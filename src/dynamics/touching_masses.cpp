@@ -436,8 +436,7 @@ std::array<double, 2> TouchingMasses::reach_of_lift(std::size_t run) const {
   const auto& c = lifts_[run];
   const std::array<double, 4> bernstein{c[0], c[0] + c[1] / 3.0, c[0] + (2.0 * c[1] + c[2]) / 3.0,
                                         c[0] + c[1] + c[2] + c[3]};
-  const auto [lowest, highest] = std::ranges::minmax(bernstein);
-  return {lowest, highest};
+  return {std::ranges::min(bernstein), std::ranges::max(bernstein)};
 }
 
 void TouchingMasses::track_line() {

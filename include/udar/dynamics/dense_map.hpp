@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "udar/dynamics/local_motion.hpp"
+#include "udar/dynamics/legendre.hpp"
 
 namespace udar {
 

@@ -41,10 +41,10 @@ class LocatedSteps final : public Stepper {
 
  private:
   struct Candidate {
-    const ContactRun* run;
-    std::size_t node;
-    double time;         // on the dense output [s]
-    double slope;        // of the stretch at a release [m/s]
+    const ContactRun* run = nullptr;
+    std::size_t node = 0;
+    double time = 0.0;   // on the dense output [s]
+    double slope = 0.0;  // of the stretch at a release [m/s]
     bool opens = false;  // a closed gap
   };
   /// How a mass stands to a support that is not rigid.

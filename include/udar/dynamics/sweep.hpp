@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/dynamics/dense_map.hpp"
+#include "udar/dynamics/local_motion.hpp"
 #include "udar/filter/filtered_line.hpp"
 
 namespace udar {
