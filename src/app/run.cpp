@@ -109,7 +109,8 @@ io::NodeRange node_range(const BeamChain& beam) {
   return {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
 }
 
-io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
+io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
+  const BeamChain& beam = line.beam();
   io::RunLayout layout;
   layout.comm = beam.comm();
   layout.elements = beam.elements();
@@ -119,6 +120,7 @@ io::RunLayout make_layout(const Case& input, const BeamChain& beam) {
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     layout.x.push_back(beam.position(node));
   }
+  layout.mass = line.mass();
   for (const double gauge : input.gauges) {
     layout.gauge_node.push_back(beam.nearest_node(gauge));
   }
@@ -302,7 +304,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
 
   io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
   std::vector<std::unique_ptr<Observer>> observers = io::make_run_writers(
-      make_layout(input, beam), input.output.directory, input.output.interval, input.output.field_interval, &forces);
+      make_layout(input, line), input.output.directory, input.output.interval, input.output.field_interval, &forces);
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));

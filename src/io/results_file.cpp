@@ -117,6 +117,7 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
 
   file.add_node_values("/x", layout.nodes, layout.x);
+  file.add_node_values("/mass", layout.nodes, layout.mass);
   std::vector<std::int64_t> node(static_cast<std::size_t>(layout.nodes.count()));
   std::iota(node.begin(), node.end(), layout.nodes.begin);
   file.add_node_values("/node", layout.nodes, node);

@@ -70,6 +70,7 @@ inline void output(const BeamChain& beam, const std::string& directory, long rep
     layout.nodes = {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
     layout.x.resize(count);
     const std::vector<double> field(count, 1.0);
+    layout.mass = field;
     const std::vector<std::uint8_t> resting(count);
     io::ResultsFile results{layout, path};
     std::optional<PlainFile> plain;

@@ -139,6 +139,7 @@ RunLayout layout_of(PetscInt nodes) {
   for (PetscInt i = layout.nodes.begin; i < layout.nodes.end; ++i) {
     layout.x.push_back(0.5 * static_cast<double>(i));
   }
+  layout.mass = layout.x;
   layout.gauge_node = {nodes - 1, 0};
   layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
   layout.supports = {{1.0, 0.2, -0.1, 0.5, 1}, {2.0, 0.0, 0.3, 0.25, -1}};
@@ -334,6 +335,7 @@ TEST(RunWriters, DescribeTheRunInTheResultsFile) {
     EXPECT_EQ(file.attribute<std::int64_t>("elements", H5T_NATIVE_INT64), 9);
     EXPECT_EQ(file.attribute<std::int64_t>("ranks", H5T_NATIVE_INT64), world_size());
     EXPECT_EQ(file.doubles("/x"), (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4, 4.5}));
+    EXPECT_EQ(file.doubles("/mass"), file.doubles("/x"));
     EXPECT_EQ(file.integers("/node"), (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}));
     EXPECT_EQ(file.integers("/gauge_node"), (std::vector<std::int64_t>{9, 0}));
     EXPECT_EQ(file.doubles("/gauge_position"), (std::vector<double>{5, 0.1}));

@@ -4,6 +4,7 @@
 
 #include <petscsys.h>
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct RunLayout {
   PetscInt elements = 0;               ///< over all ranks
   NodeRange nodes;                     ///< of this rank
   std::vector<double> x;               ///< of this rank's nodes, along the beam [m]
+  std::span<const double> mass;        ///< of the same [kg]; borrowed while files are opened
   std::vector<PetscInt> gauge_node;    ///< global node of each gauge
   std::vector<double> gauge_position;  ///< what was asked for [m]
   std::vector<Support> supports;       ///< the floor, if any, is the last
