@@ -18,6 +18,8 @@ WORKERS = 4
 # name: (changed options, what the message must contain)
 REFUSED = {
     "unknown_option": ({"beam_elemnts": 20}, ["-beam_elemnts", "-beam_elements"]),
+    "unknown_damping_option": ({"damping_mas": 1}, ["-damping_mas", "-damping_mass"]),
+    "unknown_ground_option": ({"ground_profil": "hills.csv"}, ["-ground_profil", "-ground_profile"]),
     "unknown_contact_option": ({"contact_resitution": 0.5}, ["-contact_resitution", "-contact_restitution"]),
     "negative_length": ({"beam_length": -10}, ["-beam_length", "-10", "> 0", "[m]"]),
     "two_heights": ({"initial_height": "1,2"}, ["-initial_height", "one value", "2"]),
