@@ -3,6 +3,7 @@
 /// The steel beam of example 01, and the pieces a run on it needs.
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <utility>
@@ -44,6 +45,34 @@ struct Fall {
         loads{beam, gravity, nodal},
         equations{line, loads, initial, damping},
         dynamics{equations, std::move(supports), initial, contact} {}
+};
+
+/// Of the masses at the end of a run [kg m/s], on every rank.
+inline double momentum_of(const FilteredLine& line, const ImpactDynamics& dynamics) {
+  double momentum = 0.0;
+  const MassState masses = dynamics.masses();
+  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
+    momentum += line.mass()[i] * masses.velocity[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  return momentum;
+}
+
+/// The tip mass of a cantilever of one element: an oscillator.
+struct TipMass {
+  double filter_frequency;
+  BeamParameters beam = [] {
+    BeamParameters parameters = steel_beam(1);
+    parameters.left = kClamped;
+    return parameters;
+  }();
+  /// Its frequency under the filter, wf w / sqrt(wf^2 + w^2) [rad/s].
+  [[nodiscard]] double lambda() const {
+    const double stiffness = 3.0 * beam.segments[0].bending_stiffness / 1000.0;
+    const double mass = 0.5 * beam.segments[0].mass_per_length * 10.0;
+    const double w = std::sqrt(stiffness / mass);
+    return filter_frequency * w / std::hypot(filter_frequency, w);
+  }
 };
 
 /// Sets a PETSc option for the life of the object.
@@ -97,6 +126,15 @@ class Recorder final : public Observer {
   std::vector<ContactZone> zones;
   std::vector<ImpactRecord> impacts;
   std::vector<RestRecord> rests;
+
+  /// Largest error of the energy balance in any row.
+  [[nodiscard]] double largest_drift() const {
+    double largest = 0.0;
+    for (const EnergyLedger& energy : energies) {
+      largest = std::max(largest, std::abs(energy.drift()));
+    }
+    return largest;
+  }
 
  private:
   double interval_;

@@ -161,18 +161,13 @@ TEST_P(Motion, OneMassVibratesBetweenStopsInClosedForm) {
   }
   const test::Option end{"-ts_max_time", "2.0"};
   const test::Option tolerance{"-ts_rtol", rtol("1e-12")};
-  BeamParameters parameters = test::steel_beam(1);
-  parameters.left = test::kClamped;
-  const double stiffness = 3.0 * parameters.segments[0].bending_stiffness / 1000.0;
-  const double mass = 0.5 * parameters.segments[0].mass_per_length * 10.0;
-  const double wf = 9.0;
-  const double w = std::sqrt(stiffness / mass);
-  const double lambda = wf * w / std::hypot(wf, w);
+  const test::TipMass tip{.filter_frequency = 9.0};
+  const double lambda = tip.lambda();
   InitialState initial{.height = 0.0};
   initial.shape = {.x = {0.0, 10.0}, .offset = {0.0, 0.2}, .velocity = {}};
   const std::vector<Support> stops{{.position = 10.0, .height = -0.1, .restitution = 1.0, .side = SupportSide::below},
                                    {.position = 10.0, .height = 0.25, .restitution = 1.0, .side = SupportSide::above}};
-  test::Fall fall{parameters, wf, 0.0, initial, stops};
+  test::Fall fall{tip.beam, tip.filter_frequency, 0.0, initial, stops};
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -362,16 +357,6 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
   }
 }
 
-double momentum_of(const test::Fall& fall) {
-  double momentum = 0.0;
-  const MassState masses = fall.dynamics.masses();
-  for (std::size_t i = 0; i < masses.velocity.size(); ++i) {
-    momentum += fall.line.mass()[i] * masses.velocity[i];
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-  return momentum;
-}
-
 /// A load that grows and stays on a free beam: momentum and work follow from the table.
 TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   const test::Option end{"-ts_max_time", "0.5"};
@@ -381,7 +366,7 @@ TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  const double momentum = momentum_of(fall);
+  const double momentum = test::momentum_of(fall.line, fall.dynamics);
   const double impulse = 0.5 * 4000.0 * 0.073 + 0.5 * 3000.0 * 0.177 - 1000.0 * 0.2;
   EXPECT_NEAR(momentum, impulse, within(1e-8) * impulse);
   EXPECT_GT(std::abs(record.energies.back().total()), 1.0);
@@ -405,7 +390,7 @@ TEST_P(Motion, ManyKinksOfATableGiveTheirImpulseAndTheirWork) {
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  const double momentum = momentum_of(fall);
+  const double momentum = test::momentum_of(fall.line, fall.dynamics);
   // 4000 N are the scale of the sums; one step with the wrong slope is off by 1e-4 of it.
   EXPECT_NEAR(momentum, impulse, within(1e-8) * 4000.0 * 0.3);
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-8));

@@ -117,8 +117,8 @@ TEST(ManyContactNodes, UnderAFlatFallAreSpringsOfTheFilter) {
       EXPECT_NEAR(found.stretch[i], kDepth, 1e-13);
     }
     // Gaps are right to 1e-15 of the depth; n nodes closer than a decay length share forces at their fourth power,
-    // (h / ell)^4 = 2e-7 and 2e-11 (measured: 6e-9 and 4e-6).
-    EXPECT_LT(largest(off), elements == 200 ? 1e-6 : 1e-3);
+    // (h / ell)^4 = 2e-7 and 2e-11 (found on 1 to 3 ranks: 6e-9 and 1.2e-4).
+    EXPECT_LT(largest(off), elements == 200 ? 1e-7 : 1e-3);
   }
 }
 
@@ -143,7 +143,7 @@ TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
       sums[2] += found.force[i] - kFrequency * kFrequency * held.line.mass()[i] * found.stretch[i];
     }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), 3, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
-    EXPECT_LT(largest(low), 1e-8 * depth) << "measured: 1e-10";
+    EXPECT_LT(largest(low), 1e-9 * depth) << "found: 5e-11";
     EXPECT_LT(sums[0], 1e-9 * sums[1]) << "who presses touches";
     EXPECT_NEAR(sums[2], 0.0, 1e-7 * sums[1] / depth) << "equilibrium of the line";
   }
@@ -204,8 +204,10 @@ std::vector<double> fall(const char* type, PetscInt dense, double& drift, double
   Equations equations{line, loads, initial};
   ImpactDynamics dynamics{
       equations, {Support::floor(0.0, 1.0)}, initial, {.surface = ContactSurface::line, .line_dense_max = dense}};
+  test::Recorder record{0.01};  // the ledger is that of the last row
+  dynamics.add_observer(record);
   dynamics.solve();
-  drift = dynamics.energy().drift();
+  drift = record.energies.back().drift();
   impulse = dynamics.support_impulses()[0];
   return dynamics.masses().position;
 }
@@ -219,14 +221,13 @@ TEST(ManyContactNodes, MoveTheBeamAsTheDenseProblemDoes) {
     const bool impact = std::string{type} == "impact";
     ASSERT_GT(impulse[0], 1000.0) << "the beam is in contact";
     // Equal steps for rk and moreau: only rounding of the forces differs. Sweeps see kinks otherwise and take other
-    // steps; each is right to 1e-8 of the motion's 0.2 m and kinks leave some of its order (measured below 1e-6 m).
-    EXPECT_LT(distance(expected, found), impact ? 5e-6 : 1e-9) << type;
+    // steps; each is right to 1e-8 of the motion's 0.2 m a step (found: 3e-8 m; 8e-13 m by moreau, whose limit of
+    // contact is a matter of the last bits).
+    EXPECT_LT(distance(expected, found), impact ? 1e-6 : 1e-11) << type;
     EXPECT_NEAR(impulse[1], impulse[0], (impact ? 1e-5 : 1e-8) * impulse[0]) << type;
     // rk of 2e-4 s does not meet kinks; the scheme of Moreau and Jean keeps energy between impacts.
-    EXPECT_NEAR(drift[1], drift[0], impact ? 1e-5 : 1e-8) << type;
-    if (impact) {
-      EXPECT_LT(std::abs(drift[1]), 1e-5);
-    }
+    EXPECT_NEAR(drift[1], drift[0], impact ? 5e-6 : 1e-9) << type;
+    EXPECT_LT(std::abs(drift[1]), 5e-6) << type;  // found: 6e-7, 8e-7, 8e-14
   }
 }
 
