@@ -188,13 +188,15 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
                      filter_frequency_for(modes.front().frequency, 0.01)));
   }
   if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
-    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR,
-                           "udar: warning: the line is predicted to sink %.3g m through its supports (drop %.3g m, "
-                           "support stiffness %.3g N/m)%s\n",
-                           springs.predicted_sag, springs.drop, springs.stiffness,
-                           std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
-                               ? "; under point supports this grows without limit on finer meshes: give -support_width"
-                               : ""));
+    UDAR_CALL(
+        PetscFPrintf(comm, PETSC_STDERR,
+                     "udar: warning: the line is predicted to sink %.3g m through its supports (drop %.3g m, "
+                     "support stiffness %.3g N/m)%s\n",
+                     springs.predicted_sag, springs.drop, springs.stiffness,
+                     std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
+                         ? "; under point supports this grows without limit on finer meshes: give -support_width, or "
+                           "-contact_surface line"
+                         : ""));
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
   for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {

@@ -60,7 +60,7 @@ inline double momentum_of(const FilteredLine& line, const ImpactDynamics& dynami
 
 /// The tip mass of a cantilever of one element: an oscillator.
 struct TipMass {
-  double filter_frequency;
+  double filter_frequency = 0.0;  // [rad/s]
   BeamParameters beam = [] {
     BeamParameters parameters = steel_beam(1);
     parameters.left = kClamped;
