@@ -200,7 +200,7 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
   for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {
-    fastest = std::max(fastest, run.stiffness);
+    fastest = input.contact.surface == ContactSurface::mass ? std::max(fastest, run.stiffness) : 0.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, comm);
   const double ratio = std::sqrt(fastest) / line.filter_frequency();

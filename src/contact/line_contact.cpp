@@ -29,31 +29,23 @@ bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::
   return all > kDenseInAll || widest > under_one;
 }
 
-std::vector<LinePoint> points_of_all_ranks(const BeamChain& beam, const std::vector<Support>& supports) {
+/// In the order of the supports, then of the nodes, of which those from `first` to `last` count.
+std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports, PetscInt first,
+                                      PetscInt last) {
   std::vector<LinePoint> points;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
-    const auto [first, last] = touched_nodes(beam, support);
-    for (PetscInt node = first; node <= last; ++node) {
+    const BeamChain::NodeRange touched = touched_nodes(beam, support);
+    const double carried = support.elastic() ? beam.mass_of(touched) : 0.0;
+    for (PetscInt node = std::max(first, touched.first); node <= std::min(last, touched.last); ++node) {
       if (!beam.held(node)) {
         points.push_back({.node = node,
                           .support = static_cast<PetscInt>(index),
                           .side = static_cast<double>(support.side),
-                          .height = support.height_at(beam.position(node))});
+                          .height = support.height_at(beam.position(node)),
+                          .motion = support.motion,
+                          .compliance = carried / (support.stiffness * beam.mass(node))});
       }
-    }
-  }
-  return points;
-}
-
-std::vector<LinePoint> points_of_this_rank(const BeamChain& beam, const std::vector<ContactRun>& runs) {
-  std::vector<LinePoint> points;
-  for (const ContactRun& run : runs) {
-    for (std::size_t i = run.first; i < run.last; ++i) {
-      points.push_back({.node = beam.begin() + static_cast<PetscInt>(i),
-                        .support = run.support,
-                        .side = run.side,
-                        .height = run.height(i)});
     }
   }
   return points;
@@ -64,9 +56,9 @@ std::vector<LinePoint> points_of_this_rank(const BeamChain& beam, const std::vec
 LineContact::LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points)
     : line_{&line} {
   const BeamChain& beam = line.beam();
-  const std::vector<ContactRun> runs = contact_runs(beam, supports);
+  static_cast<void>(contact_runs(beam, supports));  // all is well with them
   const bool many = are_many(beam, supports, dense_points);
-  points_ = many ? points_of_this_rank(beam, runs) : points_of_all_ranks(beam, supports);
+  points_ = contact_points(beam, supports, many ? beam.begin() : 0, many ? beam.end() - 1 : beam.nodes() - 1);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {
       mine_.push_back(i);
@@ -114,6 +106,7 @@ void LineContact::compute_compliance() {
       compliance[i * count + j] = mean;
       compliance[j * count + i] = mean;
     }
+    compliance[i * count + i] += points_[i].compliance;
   }
   problem_.emplace(std::move(compliance), count);
 }
@@ -167,18 +160,35 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
   }
 }
 
-bool LineContact::apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment) {
+bool LineContact::apply(double time, std::span<const double> mass_position, std::span<double> stretch,
+                        std::span<double> moment) {
   gather(
       1, [&](std::size_t point, std::size_t /*field*/) { return mass_position[local(point)] + stretch[local(point)]; },
       gap_);
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    gap_[i] = points_[i].side * (gap_[i] - points_[i].height);
+    gap_[i] = points_[i].side * (gap_[i] - points_[i].height - points_[i].lift(time).height);
   }
   const bool held = solve(gap_, force_);
   const std::array<double*, 1> line{stretch.data()};
   const std::array<double*, 1> bending{moment.data()};
   add(force_, line, moment.empty() ? std::span<double* const>{} : std::span<double* const>{bending});
   return held;
+}
+
+double LineContact::spring_energy(std::span<const double> force) const {
+  double sum = 0.0;
+  for (const std::size_t i : mine_) {
+    sum += 0.5 * points_[i].compliance * force[i] * force[i];
+  }
+  return sum;
+}
+
+double LineContact::power(std::span<const double> force, double time) const {
+  double sum = 0.0;
+  for (const std::size_t i : mine_) {
+    sum += points_[i].side * force[i] * points_[i].lift(time).velocity;
+  }
+  return sum;
 }
 
 bool LineContact::solve(std::span<const double> gap, std::span<double> force) {

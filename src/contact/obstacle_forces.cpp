@@ -160,6 +160,9 @@ ObstacleForces::ObstacleForces(FilteredLine& line, std::span<const LinePoint> po
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, beam.comm());
   MPI_Allreduce(MPI_IN_PLACE, &sums[2], 1, MPI_DOUBLE, MPI_MAX, beam.comm());
   force_unit_ = sums[1] / sums[0];
+  for (const LinePoint& point : points) {
+    yield_.push_back(point.compliance * force_unit_);
+  }
   force_bound_ = kForceRange * 2.0 * sums[2];
   create_optimizer();
 }
@@ -213,10 +216,13 @@ void ObstacleForces::compliance(std::span<const double> force, std::span<double>
   free_.solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
     const auto node = static_cast<std::size_t>(node_[i]);
-    gap[i] = side_[i] * stretch_[node];
+    gap[i] = side_[i] * stretch_[node] + yield_[i] * force[i];
     load_[node] = 0.0;
   }
 }
+
+/// D: what stands beside the compliance of the line on the diagonal.
+double ObstacleForces::beside(std::size_t point) const { return std::max(diagonal_[point] + yield_[point], kStiffest); }
 
 /// The line with the springs 1 / D. They take the filter's place in the chain solver, and those of the filter go to
 /// ground, so that it tells how far they are stretched without a difference.
@@ -232,7 +238,7 @@ void ObstacleForces::factor() {
   std::size_t last = zero_.size();
   for (const std::size_t i : by_node_) {
     const auto node = static_cast<std::size_t>(node_[i]);
-    spring_[i] = diagonal_[i] < kSoftest ? force_unit_ / std::max(diagonal_[i], kStiffest) : 0.0;
+    spring_[i] = beside(i) < kSoftest ? force_unit_ / beside(i) : 0.0;
     if (spring_[i] == 0.0) {
       continue;
     }
@@ -284,8 +290,7 @@ void ObstacleForces::solve_shifted(std::span<const double> right, std::span<doub
   const chain::Column column{.displacement = target_.data(), .force = nullptr, .stretch = stretch_.data()};
   shifted_->solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
-    solution[i] =
-        (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) / std::max(diagonal_[i], kStiffest);
+    solution[i] = (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) / beside(i);
   }
 }
 

@@ -40,7 +40,7 @@ ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, 
   }
   last_contact_.assign(touchable_.empty() ? 0 : mass.size(), -std::numeric_limits<double>::infinity());
   line_gap_.gap = std::numeric_limits<double>::infinity();
-  gives_way_ = std::ranges::any_of(supports_, &Support::elastic);
+  gives_way_ = !runs_on_line() && std::ranges::any_of(supports_, &Support::elastic);
   begin_step();
 }
 
@@ -78,20 +78,20 @@ void ContactState::hit(const ContactRun& run, std::size_t node, double time, dou
 void ContactState::strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
                           double loss) {
   const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
-  if (impulse * before < 0.0) {
-    impacts_.push_back({.time = time,
-                        .node = global,
-                        .x = beam_->position(global),
-                        .support = support,
-                        .velocity_before = before,
-                        .velocity_after = after,
-                        .impulse = impulse,
-                        .energy_loss = loss});
-  } else {
-    losses_.push_back({.time = time, .energy = loss});
-    press(support, impulse, time, time);
-    touch(node, time, time);
-  }
+  impacts_.push_back({.time = time,
+                      .node = global,
+                      .x = beam_->position(global),
+                      .support = support,
+                      .velocity_before = before,
+                      .velocity_after = after,
+                      .impulse = impulse,
+                      .energy_loss = loss});
+}
+
+void ContactState::push(PetscInt support, std::size_t node, double time, double impulse, double loss) {
+  losses_.push_back({.time = time, .energy = loss});
+  press(support, impulse, time, time);
+  touch(node, time, time);
 }
 
 void ContactState::rest(const ContactRun& run, std::size_t node, double time, double loss) {

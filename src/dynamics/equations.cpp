@@ -46,7 +46,7 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_ != nullptr) {
-    state.held = line_contact_->apply(mass_position, state.stretch, state.moment);
+    state.held = line_contact_->apply(time, mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
 }
@@ -67,7 +67,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   const std::span<const double> mass = line_->mass();
   const std::span<const double> force = loads_->force(state.time, work_);
   const std::vector<double> stretch = line_stretch(state);
-  std::array<double, 4> sums{};
+  std::array<double, 5> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
     sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
@@ -75,12 +75,14 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);
+  sums[4] = line_contact_ != nullptr ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());
   EnergyLedger ledger;
   ledger.kinetic = sums[0];
   ledger.line_strain = sums[1];
   ledger.fictitious_springs = sums[2];
   ledger.load_potential = sums[3];
+  ledger.support_springs = sums[4];
   return ledger;
 }
 

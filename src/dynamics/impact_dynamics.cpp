@@ -166,6 +166,25 @@ TSType ImpactDynamics::default_type() const {
   return nodes <= kFew ? kTsChebyshev : kTsImpact;
 }
 
+/// What supports can do to masses alone.
+void ImpactDynamics::refuse_on_line(const Support& support) const {
+  const std::string where{" -contact_surface line or -filter_frequency none"};
+  if (support.yield_speed < kNever) {
+    throw InputError{"option -support_yield_speed: masses meet supports that yield; not allowed with" + where};
+  }
+  if (support.elastic() && support.damping > 0.0) {
+    throw InputError{
+        "option -support_damping: a damper that holds the massless line moves by a rate of its own, which "
+        "no mass has; expected 0 with" +
+        where + " [N s/m]"};
+  }
+  if (support.elastic() && equations_->line().parameters().unfiltered) {
+    throw InputError{
+        "option -support_stiffness: springs act by the place of the beam, and -ts_type moreau holds it by Newton's law "
+        "of velocities; not allowed with -filter_frequency none, expected inf [N/m]"};
+  }
+}
+
 /// Moving and elastic supports need an integrator that knows them.
 void ImpactDynamics::refuse_supports() const {
   TSType type = nullptr;
@@ -183,18 +202,13 @@ void ImpactDynamics::refuse_supports() const {
     if (support.motion) {
       support.motion->require_smooth(end_time_);
     }
-    const bool falls = support.yield_speed < kNever;
-    if (!support.motion && !support.elastic() && !(falls && contact_.runs_on_line())) {
+    if (contact_.runs_on_line()) {
+      refuse_on_line(support);
+    }
+    if (!support.motion && !support.elastic()) {
       continue;
     }
-    const std::string option = support.motion      ? "-support_motion"
-                               : support.elastic() ? "-support_stiffness"
-                                                   : "-support_yield_speed";
-    if (contact_.runs_on_line()) {
-      throw InputError{"option " + option +
-                       ": supports that move, give way or yield are met by masses; not allowed with -contact_surface "
-                       "line or -filter_frequency none"};
-    }
+    const std::string option = support.motion ? "-support_motion" : "-support_stiffness";
     if (name == kTsChebyshev) {
       throw InputError{"option -ts_type: chebyshev is not allowed with " + option +
                        ", expected impact or rk: its "
@@ -381,7 +395,7 @@ void ImpactDynamics::snapshot(double time, double until) {
   now.load_work = sums[1];
   now.support_work = contact_.counts().work + sums[2];
   now.lost_in_dampers = contact_.counts().damped + sums[3];
-  now.support_springs = sums[4];
+  now.support_springs += sums[4];
   largest_kinetic_ = std::max(largest_kinetic_, now.kinetic);
   now.initial = ledger_.initial;
   now.scale = std::max(std::abs(now.initial), largest_kinetic_);

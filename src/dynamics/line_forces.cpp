@@ -40,6 +40,36 @@ LineForces::LineForces(Sweep& sweep, LineContact& contact, ContactState& state)
   gap_.resize(contact.points().size());
 }
 
+void LineForces::begin() {
+  first_sweep_ = true;
+  const std::size_t terms = sweep_->terms;
+  face_.assign(contact_->points().size() * terms, 0.0);
+  const SupportMotion* known = nullptr;
+  std::array<double, kMostTerms> lift{};
+  for (std::size_t i = 0; i < contact_->points().size(); ++i) {
+    const LinePoint& point = contact_->points()[i];
+    face_[i * terms] = point.height;
+    if (point.motion != nullptr && point.motion.get() != known) {
+      known = point.motion.get();
+      const std::array<double, 4> cubic = known->cubic(sweep_->begin, sweep_->step);
+      lift = {};
+      for (std::size_t q = 0; q < kGauss; ++q) {
+        add_projection(q, local::detail::value(cubic.data(), cubic.size(), kPoints[q]), lift.data());
+      }
+    }
+    for (std::size_t j = 0; point.motion != nullptr && j < terms; ++j) {
+      face_[i * terms + j] += lift[j];
+    }
+  }
+}
+
+/// What a value at a Gauss point adds to the Legendre coefficients of a function.
+void LineForces::add_projection(std::size_t q, double value, double* coefficients) const {
+  for (std::size_t j = 0; j < sweep_->terms; ++j) {
+    coefficients[j] += static_cast<double>(2 * j + 1) * kWeights[q] * legendre_[q][j] * value;
+  }
+}
+
 void LineForces::apply() {
   const std::size_t terms = sweep_->terms;
   const std::size_t count = contact_->points().size();
@@ -53,10 +83,8 @@ void LineForces::apply() {
       },
       free_gap_);
   for (std::size_t i = 0; i < count; ++i) {
-    const LinePoint& point = contact_->points()[i];
-    free_gap_[i * terms] -= point.height;
     for (std::size_t j = 0; j < terms; ++j) {
-      free_gap_[i * terms + j] *= point.side;
+      free_gap_[i * terms + j] = contact_->points()[i].side * (free_gap_[i * terms + j] - face_[i * terms + j]);
     }
   }
   force_.assign(count * terms, 0.0);
@@ -75,8 +103,8 @@ void LineForces::apply() {
       gap_at_[q].assign(contact_->many().gaps().begin(), contact_->many().gaps().end());
     }
     for (std::size_t i = 0; held_[q] && i < count; ++i) {
-      for (std::size_t j = 0; force_at_[q][i] != 0.0 && j < terms; ++j) {
-        force_[i * terms + j] += static_cast<double>(2 * j + 1) * kWeights[q] * legendre_[q][j] * force_at_[q][i];
+      if (force_at_[q][i] != 0.0) {
+        add_projection(q, force_at_[q][i], &force_[i * terms]);
       }
     }
   }
@@ -107,7 +135,8 @@ void LineForces::locate_kinks() {
 }
 
 /// Of many points: each of this rank's that changes sides between two Gauss points has a kink there, where its gap,
-/// gone on with from the open side, closes. What is before the first and after the last of them hardly counts
+/// gone on with from the open side, closes; where the support gives way the jump is less. What is before the first and
+/// after the last of them hardly counts
 /// (`kink_miss`); the next step or the last has seen it.
 void LineForces::estimate_kinks() {
   const auto slope = [&](std::size_t i, std::size_t q) {  // between a Gauss point and the next
@@ -166,7 +195,8 @@ void LineForces::find_border_kink(const Active& inside, double at, double border
   }
 }
 
-/// Legendre coefficients of gaps and forces by point while these points touch.
+/// Legendre coefficients of the line's distance from the faces without a force, and of forces, by point while these
+/// points touch.
 void LineForces::motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const {
   const std::size_t terms = sweep_->terms;
   const std::size_t count = gap_.size();
@@ -183,7 +213,7 @@ void LineForces::motion(const Active& active, std::vector<double>& gap, std::vec
     contact_->problem().respond(column, forces);
     contact_->problem().gaps(column, forces, gaps);
     for (std::size_t i = 0; i < count; ++i) {
-      gap[i * terms + j] = gaps[i];
+      gap[i * terms + j] = gaps[i] - contact_->points()[i].compliance * forces[i];
       force[i * terms + j] = forces[i];
     }
   }
@@ -253,9 +283,29 @@ void LineForces::tell(Tally& tally) const {
   }
 }
 
+EnergyFlow LineForces::flow(double until) const {
+  const std::size_t terms = sweep_->terms;
+  EnergyFlow sum;
+  for (const std::size_t i : contact_->mine()) {
+    const LinePoint& point = contact_->points()[i];
+    for (std::size_t q = 0; point.motion != nullptr && q < kGauss; ++q) {
+      const double tau = kPoints[q] * until;
+      double force = 0.0;
+      double rise = 0.0;  // over the step
+      for (std::size_t j = 0; j < terms; ++j) {
+        force += force_[i * terms + j] * legendre(j, tau);
+        rise += face_[i * terms + j] * legendre_slope(j, tau);
+      }
+      sum.work += point.side * force * rise * kWeights[q] * until;
+    }
+  }
+  return sum;
+}
+
 /// Smallest distances are those of the line that the forces hold at the Gauss points, not of its polynomial.
 void LineForces::write_journal() {
   const std::size_t terms = sweep_->terms;
+  state_->flow(flow(1.0));
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
     state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
@@ -271,7 +321,8 @@ void LineForces::write_journal() {
       contact_->problem().gaps(gap_, force_at_[q], gap_at_[q]);
     }
     for (const std::size_t i : contact_->mine()) {
-      state_->line_at(gap_at_[q][i], contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+      const double given = contact_->points()[i].compliance * force_at_[q][i];
+      state_->line_at(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
     }
   }
   if (std::ranges::find(held_, true) != held_.end()) {

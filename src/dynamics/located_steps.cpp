@@ -69,7 +69,7 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
   damping_ = equations_->damping();
   plain_ = !damping_.any();
   for (const Support& support : contact_->supports()) {  // the same on every rank
-    plain_ = plain_ && !support.motion && !support.elastic();
+    plain_ = plain_ && (contact_->runs_on_line() || (!support.motion && !support.elastic()));
   }
   for (const ContactRun& run : contact_->runs()) {
     holds_.emplace_back(run.elastic() ? run.last - run.first : 0);
@@ -448,6 +448,11 @@ EnergyFlow LocatedSteps::flow(double until) const {
   EnergyFlow sum;
   const double length = end_.time - start_.time;
   const double share = length > 0.0 ? std::clamp((until - start_.time) / length, 0.0, 1.0) : 0.0;
+  // Of the parabola through three instants: Simpson's rule at the end.
+  const auto& [start, middle, end] = power_;
+  sum.work +=
+      length * share *
+      (start + share * (0.5 * (4.0 * middle - 3.0 * start - end) + share * 2.0 / 3.0 * (start + end - 2.0 * middle)));
   for (std::size_t i = 0; i < count_ && damping_.any() && length > 0.0; ++i) {
     const StepPolynomial motion = polynomial(i);
     const StepPolynomial line = stretch_polynomial(i);
@@ -509,7 +514,7 @@ void LocatedSteps::change_holds() {
   }
 }
 
-/// Impulses of the forces that held the line in the step, by Simpson's rule: one more line solve.
+/// Impulses and work of the forces that held the line in the step, by Simpson's rule: one more line solve.
 void LocatedSteps::track_line_contact() {
   LineContact& contact = *equations_->line_contact();
   const double length = end_.time - start_.time;
@@ -522,6 +527,8 @@ void LocatedSteps::track_line_contact() {
   }
   LineState halfway;
   equations_->evaluate(start_.time + 0.5 * length, middle, halfway);
+  power_ = {contact.power(start_.contact_force, start_.time), contact.power(halfway.contact_force, halfway.time),
+            contact.power(end_.contact_force, end_.time)};
   for (const std::size_t i : contact.mine()) {
     const LinePoint& point = contact.points()[i];
     contact_->press(
@@ -531,7 +538,9 @@ void LocatedSteps::track_line_contact() {
     if (std::max({start_.contact_force[i], halfway.contact_force[i], end_.contact_force[i]}) > 0.0) {
       contact_->touch(node, start_.time, end_.time);
     }
-    contact_->line_at(point.side * (end_values_[node] + end_.stretch[node] - point.height), node, end_.time);
+    contact_->line_at(
+        point.side * (end_values_[node] + end_.stretch[node] - point.height - point.lift(end_.time).height), node,
+        end_.time);
   }
   const bool early = start_.held;
   const bool late = end_.held;
@@ -602,12 +611,12 @@ double LocatedSteps::end_step() {
   }
   if (!plain_) {
     ride();
-    contact_->flow(flow(time));
   }
   track_contact();
   if (equations_->line_contact() != nullptr) {
     track_line_contact();
   }
+  contact_->flow(flow(time));
   return time;
 }
 
@@ -643,6 +652,7 @@ void LocatedSteps::begin_step() {
   start_ = end_;
   UDAR_CALL(TSGetTime(stepper_, &start_.time));
   start_rate_valid_ = false;
+  power_ = {};
   UDAR_CALL(VecCopy(state_, start_state_));
   start_values_ = ReadArray{start_state_}.values();  // PETSc's own vectors stay where they are
   end_values_ = ReadArray{state_}.values();

@@ -171,6 +171,7 @@ class Impact final : public ProblemStepper {
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
     EnergyFlow flow = touching_->flow(tau);
     flow.damped += sweep_.damped() ? dragged(tau) : 0.0;
+    flow.work += line_forces_ ? line_forces_->flow(tau).work : 0.0;
     return flow;
   }
 

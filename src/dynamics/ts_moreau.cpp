@@ -60,6 +60,10 @@ class Moreau final : public ProblemStepper {
     return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
   }
 
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    return {.work = stepped_ && until - begin_ >= 0.5 * length_ ? work_in_ : 0.0};
+  }
+
   void save(MotionState& /*state*/) const override {}
   void restore(const MotionState& /*state*/) override { ProblemStepper::begin_step(); }
 
@@ -96,8 +100,20 @@ class Moreau final : public ProblemStepper {
     }
   }
 
-  /// v+ >= -e v- where a support is reached in this step. As v+ = v- + (4/h) d with the stretch d from y + h/2 v-, that
-  /// is d >= -(h/4)(1 + e) v-: the line held off a support, and the impulse over the step's length is the force.
+  /// What its motion adds to a support's height at the start of the step [m], and its velocity at both ends [m/s].
+  struct Face {
+    double height;
+    double before;
+    double after;
+  };
+  [[nodiscard]] Face face_of(const LinePoint& point) const {
+    const SupportMotion::State start = point.lift(begin_);
+    return {.height = start.height, .before = start.velocity, .after = point.lift(begin_ + step_).velocity};
+  }
+
+  /// v+ - s+ >= -e (v- - s-) where a support of velocity s is reached in this step. As v+ = v- + (4/h) d with the
+  /// stretch d from y + h/2 v-, that is d >= -(h/4)((1 + e) v- - s+ - e s-): the line held off a support, and the
+  /// impulse over the step's length is the force.
   void hold() {
     if (!contact_nodes_) {
       return;
@@ -117,8 +133,10 @@ class Moreau final : public ProblemStepper {
     std::vector<double> gaps(points.size(), std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double* of = values.data() + i * fields;
-      if (points[i].side * (of[guess] - points[i].height) <= 0.0) {
-        gaps[i] = points[i].side * of[gap];
+      const Face face = face_of(points[i]);
+      if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
+        const double e = contact_->supports()[static_cast<std::size_t>(points[i].support)].restitution;
+        gaps[i] = points[i].side * (of[gap] - 0.25 * step_ * (face.after + e * face.before));
       }
     }
     held_ = contact_nodes_->solve(gaps, force_);
@@ -131,6 +149,7 @@ class Moreau final : public ProblemStepper {
   }
 
   void write_journal() {
+    work_in_ = 0.0;
     if (!contact_nodes_) {
       return;
     }
@@ -138,13 +157,24 @@ class Moreau final : public ProblemStepper {
     for (const std::size_t i : contact_nodes_->mine()) {
       const LinePoint& point = contact_nodes_->points()[i];
       const std::size_t node = contact_nodes_->local(i);
-      contact_->line_at(point.side * (end.values()[node] - point.height), node, begin_ + length_);
+      const double lift = point.lift(begin_ + length_).height;
+      contact_->line_at(point.side * (end.values()[node] - point.height - lift), node, begin_ + length_);
       if (force_[i] > 0.0) {
+        const Face face = face_of(point);
+        const double middle = begin_ + 0.5 * step_;
         const double impulse = point.side * force_[i] * step_;
-        contact_->strike(point.support, node, begin_ + 0.5 * step_, start_[count_ + node], end.values()[count_ + node],
-                         impulse, -impulse * mean_velocity(node));
+        const double speed = 0.5 * (face.before + face.after);
+        const double loss = impulse * (speed - mean_velocity(node));
+        work_in_ += impulse * speed;
+        if (point.side * (start_[count_ + node] - face.before) < 0.0) {
+          contact_->strike(point.support, node, middle, start_[count_ + node], end.values()[count_ + node], impulse,
+                           loss);
+        } else {
+          contact_->push(point.support, node, middle, impulse, loss);
+        }
       }
     }
+    contact_->flow({.work = work_in_});
     if (held_) {
       contact_->hold(begin_, begin_ + length_);
     }
@@ -157,6 +187,7 @@ class Moreau final : public ProblemStepper {
   std::vector<double> stretch_;  // ymid - guess
   std::vector<double> force_;    // by contact point [N]
   bool held_ = false;            // any of them on any rank
+  double work_in_ = 0.0;         // by supports that move, in the middle of the step [J]
   std::vector<double> work_;
 };
 

@@ -150,9 +150,21 @@ REFUSED = {
         {"support_stiffness": 1e6, "ts_type": "chebyshev"},
         ["-ts_type", "chebyshev", "-support_stiffness", "impact or rk", "matrix"],
     ),
-    "motion_under_the_line": (
-        {"support_motion": "motion.csv", "contact_surface": "line"},
-        ["-support_motion", "-contact_surface line"],
+    "damper_under_the_line": (
+        {"support_stiffness": 1e6, "support_damping": 10, "contact_surface": "line"},
+        ["-support_damping", "massless line", "expected 0", "-contact_surface line", "[N s/m]"],
+    ),
+    "spring_under_the_unfiltered_beam": (
+        {"support_stiffness": 1e6, "filter_frequency": "none", "ts_dt": 1e-3},
+        ["-support_stiffness", "moreau", "-filter_frequency none", "[N/m]"],
+    ),
+    "yield_speed_under_the_line": (
+        {"support_yield_speed": 0.5, "contact_surface": "line"},
+        ["-support_yield_speed", "-contact_surface line"],
+    ),
+    "motion_under_the_line_by_chebyshev": (
+        {"support_motion": "motion.csv", "contact_surface": "line", "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev"],
     ),
     "motion_over_the_floor": ({"support_motion": "motion.csv", "floor": True}, ["-support_position", "no other support"]),
     "negative_damping": ({"damping_mass": -1}, ["-damping_mass", "-1", ">= 0", "[1/s]"]),

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,11 +45,11 @@ struct Held {
     std::vector<double> force;  // at the local nodes, y up
     bool held = false;
   };
-  Result apply(LineContact& contact) {
+  Result apply(LineContact& contact, double time = 0.0) {
     Result result{.stretch = free_stretch, .moment = {}, .force = {}};
     result.moment.assign(position.size(), 0.0);
     result.force.assign(position.size(), 0.0);
-    result.held = contact.apply(position, result.stretch, result.moment);
+    result.held = contact.apply(time, position, result.stretch, result.moment);
     for (const std::size_t i : contact.mine()) {
       result.force[contact.local(i)] += contact.points()[i].side * contact.forces()[i];
     }
@@ -98,6 +99,40 @@ TEST(ManyContactNodes, GiveTheForcesOfTheDenseProblem) {
       // The compliance matrix of 51 nodes has a condition of 1e7: its Cholesky factor is right to 1e-9 (measured).
       EXPECT_LT(distance(expected.force, found.force), 1e-8 * largest(scale));
       EXPECT_LT(distance(expected.stretch, found.stretch), 1e-12) << "[m]";
+    }
+  }
+}
+
+TEST(ManyContactNodes, OfSupportsThatMoveAndGiveWayGiveTheForcesOfTheDenseProblem) {
+  constexpr double kTime = 0.3;
+  const auto motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 1.0}, std::vector<double>{0.0, 0.05});
+  for (const double stiffness : {1e4, 1e7, 1e10}) {
+    Support floor = Support::floor(-0.01, 1.0);
+    floor.stiffness = stiffness;
+    floor.motion = motion;  // by 0.0108 m then
+    Support pad{.position = 2.0, .width = 2.0, .height = 1e-3};
+    pad.stiffness = stiffness;
+    Support held{.position = 2.0, .width = 1.0, .height = 2e-3, .side = SupportSide::above};
+    held.stiffness = 0.5 * stiffness;
+    Support stop{.position = 8.0, .width = 3.0, .height = -4e-3, .side = SupportSide::above};
+    stop.motion = motion;
+    for (double (*const shape)(double) : {tilted, bulging, waving}) {
+      for (const std::vector<Support>& supports : {std::vector{floor}, {pad, held, stop}}) {
+        Held at{50, shape};
+        LineContact few{at.line, supports, kAlwaysDense};
+        LineContact many{at.line, supports, kNeverDense};
+        const Held::Result expected = at.apply(few, kTime);
+        const Held::Result found = at.apply(many, kTime);
+        EXPECT_TRUE(found.held);
+        double scale = 0.0;
+        for (const double force : expected.force) {
+          scale = std::max(scale, std::abs(force));
+        }
+        EXPECT_LT(distance(expected.force, found.force), 1e-8 * largest(scale)) << stiffness;
+        EXPECT_LT(distance(expected.stretch, found.stretch), 1e-12) << stiffness << " [m]";
+        EXPECT_NEAR(few.spring_energy(few.forces()), many.spring_energy(many.forces()), 1e-8);
+        EXPECT_NEAR(few.power(few.forces(), kTime), many.power(many.forces(), kTime), 1e-8 * largest(scale));
+      }
     }
   }
 }

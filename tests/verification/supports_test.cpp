@@ -213,6 +213,25 @@ TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
               100.0 * within(1e-7));
 }
 
+/// A table that rises evenly meets balls that rise, too.
+TEST_P(OnSupports, BallsThatATableCatchesUpWithAreHit) {
+  const test::Option end{"-ts_max_time", "0.3"};
+  test::Fall fall{
+      balls(), 80.0, 0.0, {.height = 0.2, .velocity = 0.5}, {table({0.0, 1.0}, {0.0, 2.0}, {2.0, 2.0}, 0.5)}};
+  test::Recorder record{0.3};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  EXPECT_EQ(fall.dynamics.counts().impacts, 12);
+  EXPECT_EQ(record.impacts.size(), static_cast<std::size_t>(fall.beam.local_nodes()));
+  for (const ImpactRecord& hit : record.impacts) {
+    EXPECT_NEAR(hit.time, 0.2 / 1.5, within(1e-10));
+    EXPECT_NEAR(hit.velocity_before, 0.5, within(1e-10));
+    EXPECT_NEAR(hit.velocity_after, 2.75, within(1e-10));
+    EXPECT_NEAR(hit.energy_loss, 0.5 * kBall * 2.25 * 0.75, within(1e-9));
+  }
+  EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-9));
+}
+
 /// A table of one cubic: a ball falls on it, sticks, rides on it and flies off where it falls faster than the ball.
 TEST_P(OnSupports, BallRidesOnATableAndFliesOff) {
   const test::Option end{"-ts_max_time", "1.0"};

@@ -26,6 +26,7 @@ GIVING = {  # one support moves, one gives way, one does both
     "initial_height": 0.6,
     "ts_rtol": 1e-10,
 }
+MOVING_LINE = {**GIVING, "contact_surface": "line", "support_damping": 0}
 DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
@@ -55,6 +56,20 @@ CASES = {
         "ts_adapt_type": "none",
         "ts_dt": 1e-3,
         "integrators": ("rk",),
+    },
+    "moving_and_giving_line": {**MOVING_LINE, "integrators": ("impact",)},
+    "moving_and_giving_line_by_rk": {
+        **MOVING_LINE,
+        "ts_adapt_type": "none",
+        "ts_dt": 1e-3,
+        "integrators": ("rk",),
+    },
+    "unfiltered_on_moving_supports": {
+        "filter_frequency": "none",
+        "ts_dt": 2e-4,
+        "support_motion": f"{MOTION},none",
+        "support_width": "0,1",
+        "integrators": ("moreau",),
     },
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
@@ -212,6 +227,11 @@ for integrator, steps, changes, name in (
     ("rk", 150, LINE_CONTACT, "line_contact"),
     ("impact", 60, LINE_CONTACT, "line_contact"),
     ("moreau", 950, UNFILTERED, "unfiltered"),
+    ("moreau", 950, {**UNFILTERED, "support_motion": MOTION}, "unfiltered_on_moving_supports"),
+    ("rk", 150, {**MOVING_LINE, "ts_rtol": 1e-8}, "moving_and_giving_line"),
+    ("impact", 40, {**MOVING_LINE, "ts_rtol": 1e-8}, "moving_and_giving_line"),
+    ("rk", 150, {**MOVING_LINE, "ts_rtol": 1e-8, "contact_line_dense_max": 0}, "moving_and_giving_many"),
+    ("impact", 40, {**MOVING_LINE, "ts_rtol": 1e-8, "contact_line_dense_max": 0}, "moving_and_giving_many"),
     ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
     ("impact", 60, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
 ):

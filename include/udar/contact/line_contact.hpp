@@ -16,7 +16,8 @@
 namespace udar {
 
 /// @brief The line held off its supports: Yc = argmin 1/2 Yc'(wf^2 M + C)Yc - (wf^2 M Ym + F)'Yc with Yc >= support at
-/// every node that a support touches; the multipliers are the contact forces.
+/// every node that a support touches; the multipliers are the contact forces. Supports may move, and give way by the
+/// force over their stiffness; a damper beside that spring counts for nothing.
 ///
 /// With few contact points (`dense`) the compliance of the line between them is computed once, by a line solve for
 /// each; what then remains is a complementarity problem of their number, solved alike on every rank. With many every
@@ -62,20 +63,25 @@ class LineContact {
   /// @note Collective: a line solve per column, none if all forces are zero; one reduction unless dense.
   void add(std::span<const double> force, std::span<double* const> stretch, std::span<double* const> moment);
 
-  /// @brief The line with contact for the line without, at one time.
+  /// @brief The line with contact for the line without, at one time [s].
   /// @param[in] mass_position Ym [m] @param[in,out] stretch d = Yc - Ym [m] @param[in,out] moment [N m]; may be empty
   /// @return whether any force holds it, equal on every rank
   /// @note Collective: one reduction and, in contact, one line solve; unless dense, as `ObstacleForces::solve` besides.
-  bool apply(std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
+  bool apply(double time, std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
   /// Contact forces of the last `apply` at the points, away from the supports [N].
   [[nodiscard]] std::span<const double> forces() const noexcept { return force_; }
+  /// What contact forces [N] store in the springs of the supports [J], and with what power supports that move bring
+  /// energy in by them just after a time [W]; this rank's share. @param force at the points
+  [[nodiscard]] double spring_energy(std::span<const double> force) const;
+  [[nodiscard]] double power(std::span<const double> force, double time) const;
 
   /// @brief Forces for gaps of the free line, from no guess: equal gaps give equal forces. @param[in] gap at the points
   /// [m]; infinite: a point that never touches @param[out] force [N]
   /// @return whether there is a force, equal on every rank
   /// @note Collective unless dense.
   bool solve(std::span<const double> gap, std::span<double> force);
-  /// If dense, the small problem: gaps of the free line [m] to forces [N].
+  /// If dense, the small problem: gaps of the free line [m] to forces [N]. Its gaps with contact, as those of many
+  /// points, are distances from faces that give way.
   [[nodiscard]] Complementarity& problem() noexcept { return *problem_; }
   /// If not dense, the problem of many points.
   [[nodiscard]] ObstacleForces& many() noexcept { return *many_; }

@@ -20,14 +20,22 @@ namespace udar {
 
 /// @brief A node of the line and a support that may hold it.
 struct LinePoint {
-  PetscInt node = 0;     ///< global
-  PetscInt support = 0;  ///< index
-  double side = 1.0;     ///< +1 support below, -1 above: gap = side (y - height)
-  double height = 0.0;   ///< [m]
+  PetscInt node = 0;                                      ///< global
+  PetscInt support = 0;                                   ///< index
+  double side = 1.0;                                      ///< +1 support below, -1 above: gap = side (y - height)
+  double height = 0.0;                                    ///< of its face, without its motion and without a force [m]
+  std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
+  double compliance = 0.0;                                ///< of its spring, by which the face gives way [m/N]
+
+  /// What its motion adds just after a time [s].
+  [[nodiscard]] SupportMotion::State lift(double time) const {
+    return motion ? motion->at(time) : SupportMotion::State{};
+  }
 };
 
 /// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with the compliance W of the line between contact nodes never formed.
 ///
+/// Supports on springs have theirs on the diagonal of W; q + W r then is the distance from a face that gives way.
 /// It is the quadratic program min r'W r / 2 + q'r, r >= 0, and goes to TAO's interior point method (`TAOBQPIP`), which
 /// asks for products with W, a line solve each, and for solves with W plus a diagonal D. Those are line solves, too,
 /// with a spring of stiffness 1 / D beside that of the filter at each contact node. Every solve starts from the same
@@ -56,6 +64,7 @@ class ObstacleForces {
 
   void create_optimizer();
   void compliance(std::span<const double> force, std::span<double> gap);
+  [[nodiscard]] double beside(std::size_t point) const;
   void factor();
   void solve_shifted(std::span<const double> right, std::span<double> solution);
   void test_convergence();
@@ -64,6 +73,7 @@ class ObstacleForces {
   FilteredLine* line_;
   std::vector<PetscInt> node_;  // of each point, local
   std::vector<double> side_;
+  std::vector<double> yield_;         // compliance of the support, per unit of force
   std::vector<std::size_t> by_node_;  // points in the order of their nodes
   LineData shifted_data_;
   ChainSolver free_;

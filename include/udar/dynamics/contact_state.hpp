@@ -90,7 +90,7 @@ class ContactState {
   [[nodiscard]] bool resting_on(std::size_t node, const ContactRun& run) const {
     return resting_[node] == run.support + 1;
   }
-  /// Energy in the springs of supports that give way, this rank's share [J].
+  /// Energy in the springs of supports that give way to masses, this rank's share [J].
   [[nodiscard]] double spring_energy(double time, std::span<const double> position) const;
   /// Whether any mass of this rank rests now.
   [[nodiscard]] bool any_resting() const noexcept { return local_resting_ > 0; }
@@ -103,9 +103,11 @@ class ContactState {
   void expect(std::size_t impacts) { impacts_.reserve(impacts); }
   /// @param before, after velocity of the mass [m/s], y up @param loss [J]
   void hit(const ContactRun& run, std::size_t node, double time, double before, double after, double loss);
-  /// An impulse that all masses share in [N s], y up; it counts as an impact where the mass moved towards the support.
+  /// The same with an impulse that other masses share in [N s], y up.
   void strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
               double loss);
+  /// An impulse on a mass that does not move towards the support [N s], y up: no impact. @param loss [J]
+  void push(PetscInt support, std::size_t node, double time, double impulse, double loss);
   /// @param loss of energy besides that of an impact [J]
   void rest(const ContactRun& run, std::size_t node, double time, double loss = 0.0);
   void release(const ContactRun& run, std::size_t node, double time);
@@ -223,7 +225,7 @@ class ContactState {
   std::vector<Loss> losses_;  // besides those of the impacts
   EventCounts all_events_;
   EnergyFlow flow_;          // of the step
-  bool gives_way_ = false;   // some support of the whole structure
+  bool gives_way_ = false;   // to masses: some support of the whole structure
   double held_from_ = -1.0;  // negative: not held in this step
   double held_until_ = -1.0;
 };

@@ -84,6 +84,7 @@ class ImpactDynamics {
   void refuse_overlap(const MassState& masses) const;
   [[nodiscard]] MotionScale motion_scale(const MassState& masses, const InitialState& initial) const;
   [[nodiscard]] TSType default_type() const;
+  void refuse_on_line(const Support& support) const;
   void refuse_supports() const;
   void configure_stepper();
   void set_absolute_tolerance();

@@ -24,15 +24,17 @@ class LineForces {
   /// All outlive this object.
   LineForces(Sweep& sweep, LineContact& contact, ContactState& state);
 
-  /// Another step, or another length of it.
-  void begin() noexcept { first_sweep_ = true; }
+  /// Another step, or another length of it: the sweep has both.
+  void begin();
   /// @brief Adds to the free line, just solved for, what contact forces do to it.
   /// @note Collective: one reduction and, in contact, one batch of line solves; with many points a solve of
   /// `ObstacleForces` at each Gauss point, too.
   void apply();
   /// Enters the kinks of the last `apply`.
   void tell(Tally& tally) const;
-  /// Impulses, smallest distances and the time of contact of the accepted step.
+  /// What supports that move brought in up to a share of the step, this rank's share; exact of the polynomials.
+  [[nodiscard]] EnergyFlow flow(double until) const;
+  /// Impulses, work, smallest distances and the time of contact of the accepted step.
   void write_journal();
 
  private:
@@ -44,6 +46,7 @@ class LineForces {
   };
   using Active = std::vector<std::size_t>;
 
+  void add_projection(std::size_t q, double value, double* coefficients) const;
   void free_gap_at(double tau);
   void locate_kinks();
   void estimate_kinks();
@@ -57,12 +60,13 @@ class LineForces {
   ContactState* state_;
   double kink_integral_;
   std::array<std::array<double, kMostTerms>, kGauss> legendre_{};  // at the Gauss points
-  std::vector<double> free_gap_;                                   // Legendre coefficients by point [m]
+  std::vector<double> face_;                                       // Legendre coefficients by point: its height [m]
+  std::vector<double> free_gap_;                                   // the same of the gap of the free line [m]
   std::vector<double> force_;                                      // the same of the forces [N]
   std::array<std::vector<double>, kGauss> force_at_;
   std::array<bool, kGauss> held_{};                 // any force, on any rank
   std::array<Active, kGauss> active_;               // few points
-  std::array<std::vector<double>, kGauss> gap_at_;  // many points, with contact [m]
+  std::array<std::vector<double>, kGauss> gap_at_;  // many points, with contact, from faces that give way [m]
   std::vector<Kink> kinks_;
   std::vector<double> gap_;  // work
   bool first_sweep_ = true;

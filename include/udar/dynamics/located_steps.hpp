@@ -2,6 +2,7 @@
 /// @file
 /// Impacts located on the steps of PETSc's explicit integrators.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -125,7 +126,9 @@ class LocatedSteps final : public Stepper {
   std::vector<double> stage_rate_;  // d' [m/s] at the stage at hand
   std::vector<double> start_bend_;  // d'' [m/s^2] at both ends, kept where the structure is damped
   std::vector<double> end_bend_;
-  std::vector<std::vector<Hold>> holds_;    // by run that is not rigid, then node
+  std::vector<std::vector<Hold>> holds_;  // by run that is not rigid, then node
+  // By which supports that move and hold the line bring energy in: at the start, middle and end of the step [W].
+  std::array<double, 3> power_{};
   std::vector<double> start_acceleration_;  // [m/s^2], kept unless `plain_`
   std::vector<double> end_acceleration_;
   std::vector<Candidate> candidates_;
