@@ -482,8 +482,9 @@ void read_contact(MPI_Comm comm, Case& input) {
   const bool stiffness_given =
       group.reals("-support_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),
                   "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
-  const bool damping_given = group.reals("-support_damping", damping, "N s/m", petsc::non_negative(),
-                                         "damper beside that spring, for all of the support; pressing alone");
+  const bool damping_given =
+      group.reals("-support_damping", damping, "N s/m", petsc::non_negative(),
+                  "damper beside that spring, for all of the support; pressing alone; none on -contact_surface line");
   const std::size_t count = position.size();
   const auto per_support = [count](const char* key, const auto& values, bool given) {
     return count > 0 || given ? petsc::one_per(key, values, count, "one per -support_position") : values;

@@ -135,7 +135,7 @@ void LineForces::locate_kinks() {
 }
 
 /// Of many points: each of this rank's that changes sides between two Gauss points has a kink there, where its gap,
-/// gone on with from the open side, closes; where the support gives way the jump is less. What is before the first and
+/// gone on with from the open side, closes. What is before the first and
 /// after the last of them hardly counts
 /// (`kink_miss`); the next step or the last has seen it.
 void LineForces::estimate_kinks() {
@@ -195,8 +195,7 @@ void LineForces::find_border_kink(const Active& inside, double at, double border
   }
 }
 
-/// Legendre coefficients of the line's distance from the faces without a force, and of forces, by point while these
-/// points touch.
+/// Legendre coefficients of gaps and forces by point while these points touch.
 void LineForces::motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const {
   const std::size_t terms = sweep_->terms;
   const std::size_t count = gap_.size();
@@ -213,7 +212,7 @@ void LineForces::motion(const Active& active, std::vector<double>& gap, std::vec
     contact_->problem().respond(column, forces);
     contact_->problem().gaps(column, forces, gaps);
     for (std::size_t i = 0; i < count; ++i) {
-      gap[i * terms + j] = gaps[i] - contact_->points()[i].compliance * forces[i];
+      gap[i * terms + j] = gaps[i];
       force[i * terms + j] = forces[i];
     }
   }
@@ -255,6 +254,7 @@ double LineForces::first_change(const Active& active, double from, double to) co
   return from + direction * first;
 }
 
+/// Where a support gives way the line's slope jumps by less than that of its gap, which is from the face.
 void LineForces::add_kink(const Active& before, const Active& after, double tau) {
   const std::size_t terms = sweep_->terms;
   std::vector<double> gap_before;

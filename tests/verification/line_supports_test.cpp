@@ -181,6 +181,11 @@ TEST_P(LineSupports, ABeamThatLiesOnAShakenTableIsADrivenOscillator) {
     EXPECT_GT(std::abs(record.energies.back().support_work), 1.0) << "[J]";
     EXPECT_NEAR(fall.dynamics.counts().last_contact_time, 0.75, 1e-12);
     EXPECT_EQ(fall.dynamics.counts().first_contact_time, 0.0);
+    double deepest = 0.0;
+    for (int k = 0; k <= 7500; ++k) {
+      deepest = std::max(deepest, exact.push(1e-4 * k) * springs.weakness());
+    }
+    EXPECT_NEAR(fall.dynamics.smallest_line_gap().gap, -deepest, 0.01 * deepest + 1e-10) << "from the moving face";
   }
 }
 
@@ -311,6 +316,22 @@ TEST(LineSupportsOfAllKinds, FewAndManyContactNodesFallAlike) {
     EXPECT_GT(std::abs(few.work), 1.0) << integrator << " [J]";
     EXPECT_LT(many.drift, 1e-5) << integrator;
   }
+}
+
+TEST(LineSupportsOfAllKinds, TimesOfContactAreThoseOfTheLine) {
+  const test::Option type{"-ts_type", "rk"};
+  const test::Option adapt{"-ts_adapt_type", "none"};
+  const test::Option step{"-ts_dt", "0.007"};
+  const test::Option end{"-ts_max_time", "0.6"};
+  std::array<RunCounts, 2> counts;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    test::Fall fall{test::steel_beam(6), 40.0, kGravity, {.height = 0.3}, {table(k == 0 ? kRigid : 1e16)}, kOnLine};
+    fall.dynamics.solve();
+    counts[k] = fall.dynamics.counts();
+  }
+  EXPECT_GT(counts[0].first_contact_time, 0.2);
+  EXPECT_NEAR(counts[0].first_contact_time, counts[1].first_contact_time, 1e-12);
+  EXPECT_NEAR(counts[0].last_contact_time, counts[1].last_contact_time, 1e-12);
 }
 
 TEST(LineSupportsOfAllKinds, EverStifferSpringsAreRigidInTheEnd) {
