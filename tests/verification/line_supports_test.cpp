@@ -10,8 +10,10 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "support/steel_beam.hpp"
@@ -99,7 +101,7 @@ class Riding {
   [[nodiscard]] double push(double t) const { return springs_.push(position(t), motion_->at(t).height); }
   /// What the support brings in per mass until t: Gauss-Legendre between the rows.
   [[nodiscard]] double work(double t) const {
-    constexpr std::array<double, 2> kAt{0.5 - 0.5 / 1.7320508075688772, 0.5 + 0.5 / 1.7320508075688772};
+    constexpr std::array<double, 2> kAt{0.5 - 0.5 / std::numbers::sqrt3, 0.5 + 0.5 / std::numbers::sqrt3};
     constexpr int kParts = 4000;
     double sum = 0.0;
     for (const Piece& piece : pieces_) {
@@ -201,7 +203,7 @@ TEST_P(LineSupports, AFlatFallOnASpringBouncesOnTwoSpringsInSeries) {
     const double sag = kGravity / springs.square();             // of the mass from there, where it would rest
     const double speed = std::sqrt(2.0 * kGravity * (1.0 - touch));
     const double first = speed / kGravity;
-    const double contact = 2.0 * (M_PI - std::atan(speed / (w * sag))) / w;
+    const double contact = 2.0 * (std::numbers::pi - std::atan(speed / (w * sag))) / w;
     ASSERT_LT(first + contact, 0.75);
     test::Fall fall{beam, springs.wf, kGravity, {.height = 1.0}, {table(support * mass)}, on_line()};
     test::Recorder record{0.01};
