@@ -470,7 +470,7 @@ void read_contact(MPI_Comm comm, Case& input) {
                                "contact forces without any restitution");
   group.integer(
       "-contact_line_dense_max", input.contact.line_dense_max, petsc::at_least(0.0),
-      "contact nodes of the line under one support up to which (and to 500 in all) their compliance is a matrix "
+      "contact nodes of the line under one support up to which (and to 2000 in all) their compliance is a matrix "
       "on every rank; more go to an interior point method (TAO, prefix contact_)");
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support");

@@ -1,7 +1,5 @@
 #include "udar/contact/complementarity.hpp"
 
-#include <petscblaslapack.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -11,12 +9,22 @@
 
 #include "udar/petsc/error.hpp"
 
+// Cholesky factor of a band matrix, and solves by it. PETSc declares the LAPACK routines it calls; these it does not.
+extern "C" {  // NOLINTBEGIN(readability-identifier-naming): Fortran names
+void dpbtrf_(const char* half, const int* order, const int* diagonals, double* band, const int* leading, int* info);
+void dpbtrs_(const char* half, const int* order, const int* diagonals, const int* columns, const double* band,
+             const int* leading, double* right, const int* leading_right, int* info);
+// NOLINTEND(readability-identifier-naming)
+}
+
 namespace udar {
 namespace {
 
 // Signs are told apart above this many units in the last place of what they are computed from: rounding of a Cholesky
 // solve of some hundred rows (measured: below 20 on beams of 3200 elements under patches).
 constexpr double kRounding = 256.0 * std::numeric_limits<double>::epsilon();
+// Entries below this share of the diagonal are nothing to it.
+constexpr double kNegligible = 0.1 * std::numeric_limits<double>::epsilon();
 // Attempts of whole blocks without fewer violations, as Judice and Pires propose, before rows change sides one by one.
 constexpr int kBlockMoves = 10;
 
@@ -25,6 +33,17 @@ constexpr int kBlockMoves = 10;
 Complementarity::Complementarity(std::vector<double> matrix, std::size_t size)
     : matrix_{std::move(matrix)}, size_{size} {
   result_.resize(size_);
+  for (std::size_t i = 0; i < size_; ++i) {
+    const auto counts = [&](std::size_t j) {
+      const double scale = std::sqrt(matrix_[i * size_ + i] * matrix_[j * size_ + j]);
+      return std::abs(matrix_[i * size_ + j]) > kNegligible * scale;
+    };
+    std::size_t first = 0;
+    while (first < i && !counts(first)) {
+      ++first;
+    }
+    reach_ = std::max(reach_, i - first);
+  }
   factor();
 }
 
@@ -43,18 +62,28 @@ void Complementarity::factor() {
     Factor& factor = factors_.front();
     const std::size_t count = active_.size();
     factor.rows = active_;
-    factor.values.resize(count * count);
+    factor.diagonals = 0;
+    for (std::size_t j = 0, i = 0; j < count; ++j) {
+      while (i < count && active_[i] - active_[j] <= reach_) {
+        ++i;
+      }
+      factor.diagonals = std::max(factor.diagonals, i - 1 - j);
+    }
+    const std::size_t height = factor.diagonals + 1;
+    factor.values.assign(count * height, 0.0);
     for (std::size_t j = 0; j < count; ++j) {
-      for (std::size_t i = 0; i < count; ++i) {
-        factor.values[j * count + i] = matrix_[active_[i] * size_ + active_[j]];
+      for (std::size_t i = j; i < std::min(count, j + height); ++i) {
+        factor.values[j * height + i - j] = matrix_[active_[i] * size_ + active_[j]];
       }
     }
     if (count == 0) {
       return;
     }
-    auto order = static_cast<PetscBLASInt>(count);
-    PetscBLASInt info = 0;
-    LAPACKpotrf_("L", &order, factor.values.data(), &order, &info);
+    const auto order = static_cast<int>(count);
+    const auto diagonals = static_cast<int>(factor.diagonals);
+    const auto leading = static_cast<int>(height);
+    int info = 0;
+    dpbtrf_("L", &order, &diagonals, factor.values.data(), &leading, &info);
     if (info == 0) {
       return;
     }
@@ -78,20 +107,27 @@ void Complementarity::respond(std::span<const double> gap, std::span<double> for
   for (std::size_t i = 0; i < right.size(); ++i) {
     right[i] = -gap[factor.rows[i]];
   }
-  auto order = static_cast<PetscBLASInt>(right.size());
-  PetscBLASInt one = 1;
-  PetscBLASInt info = 0;
-  LAPACKpotrs_("L", &order, &one, factor.values.data(), &order, right.data(), &order, &info);
+  const auto order = static_cast<int>(right.size());
+  const auto diagonals = static_cast<int>(factor.diagonals);
+  const auto leading = diagonals + 1;
+  const int one = 1;
+  int info = 0;
+  dpbtrs_("L", &order, &diagonals, &one, factor.values.data(), &leading, right.data(), &order, &info);
   for (std::size_t i = 0; i < right.size(); ++i) {
     force[factor.rows[i]] = right[i];
   }
 }
 
 void Complementarity::gaps(std::span<const double> gap, std::span<const double> force, std::span<double> result) const {
+  const std::vector<std::size_t>& rows = factors_.front().rows;
+  std::size_t first = 0;
   for (std::size_t i = 0; i < size_; ++i) {
+    while (first < rows.size() && rows[first] + reach_ < i) {
+      ++first;
+    }
     double sum = gap[i];
-    for (const std::size_t j : factors_.front().rows) {
-      sum += matrix_[i * size_ + j] * force[j];
+    for (std::size_t k = first; k < rows.size() && rows[k] <= i + reach_; ++k) {
+      sum += matrix_[i * size_ + rows[k]] * force[rows[k]];
     }
     result[i] = sum;
   }

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kColumns = 4;  // line solves side by side
 
-// More nodes than these under all supports are many however they are spread: a factor takes 40 Mflop, the matrix 2 MB.
-constexpr std::size_t kDenseInAll = 500;
+// More nodes than these under all supports are many however they are spread: the matrix takes 32 MB on every rank.
+constexpr std::size_t kDenseInAll = 2000;
 
 /// Whether a matrix of all pairs of contact nodes is too much, or a support too wide for pivoting.
 bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::size_t under_one) {
@@ -59,6 +59,7 @@ LineContact::LineContact(FilteredLine& line, const std::vector<Support>& support
   static_cast<void>(contact_runs(beam, supports));  // all is well with them
   const bool many = are_many(beam, supports, dense_points);
   points_ = contact_points(beam, supports, many ? beam.begin() : 0, many ? beam.end() - 1 : beam.nodes() - 1);
+  std::ranges::stable_sort(points_, {}, &LinePoint::node);  // neighbours on the line are neighbours in the matrix
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {
       mine_.push_back(i);

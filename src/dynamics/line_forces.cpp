@@ -6,6 +6,7 @@
 
 #include "udar/dynamics/local_motion.hpp"
 #include "udar/dynamics/step_maps.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar {
 namespace {
@@ -70,6 +71,21 @@ void LineForces::add_projection(std::size_t q, double value, double* coefficient
   }
 }
 
+/// What a kink of unit slope costs: the errors of the Gauss points' integrals, of the line's motion and of its moment
+/// about the end, which momentum and place of the masses take over, or what the terms leave of it. Each of these has
+/// zeros, but no two in one place.
+double LineForces::missed_of(double tau) const {
+  const double left = 1.0 - tau;
+  double sum = -0.5 * left * left;
+  double moment = -left * left * left / 6.0;
+  for (std::size_t q = 0; q < kGauss; ++q) {
+    const double ramp = kWeights[q] * std::max(kPoints[q] - tau, 0.0);
+    sum += ramp;
+    moment += (1.0 - kPoints[q]) * ramp;
+  }
+  return std::max({std::abs(sum), std::abs(moment), kink_miss(sweep_->terms, tau)});
+}
+
 void LineForces::apply() {
   const std::size_t terms = sweep_->terms;
   const std::size_t count = contact_->points().size();
@@ -110,6 +126,7 @@ void LineForces::apply() {
   }
   first_sweep_ = false;
   kinks_.clear();
+  own_kinks_.clear();
   if (contact_->dense()) {
     locate_kinks();
   } else {
@@ -134,17 +151,16 @@ void LineForces::locate_kinks() {
   find_border_kink(active_.back(), kPoints.back(), 1.0);
 }
 
-/// Of many points: each of this rank's that changes sides between two Gauss points has a kink there, where its gap,
-/// gone on with from the open side, closes. What is before the first and
-/// after the last of them hardly counts
-/// (`kink_miss`); the next step or the last has seen it.
+/// Of many points: where contact of all begins and ends, by the free line; and for each of this rank's that changes
+/// sides between two Gauss points, where its gap, gone on with from the open side, closes. What is before the first and
+/// after the last Gauss point hardly counts; the next step or the last has seen it.
 void LineForces::estimate_kinks() {
+  find_borders_of_contact();
   const auto slope = [&](std::size_t i, std::size_t q) {  // between a Gauss point and the next
     return (gap_at_[q + 1][i] - gap_at_[q][i]) / (kPoints[q + 1] - kPoints[q]);
   };
   for (std::size_t q = 0; q + 1 < kGauss; ++q) {
-    std::optional<Kink> strongest;
-    for (std::size_t i = 0; (held_[q] || held_[q + 1]) && i < gap_.size(); ++i) {
+    for (std::size_t i = 0; held_[q] && held_[q + 1] && i < gap_.size(); ++i) {
       const bool before = force_at_[q][i] > 0.0;
       const bool after = force_at_[q + 1][i] > 0.0;
       if (before == after) {
@@ -155,12 +171,44 @@ void LineForces::estimate_kinks() {
       const double open = known ? slope(i, before ? q + 1 : q - 1) : slope(i, q);
       const std::size_t from = before ? q + 1 : q;
       const double tau = open != 0.0 ? kPoints[from] - gap_at_[from][i] / open : kPoints[from];
-      if (!strongest || std::abs(open) > strongest->jump) {
-        strongest = {.tau = std::clamp(tau, kPoints[q], kPoints[q + 1]), .jump = std::abs(open)};
+      own_kinks_.push_back({.tau = std::clamp(tau, kPoints[q], kPoints[q + 1]), .jump = std::abs(open)});
+    }
+  }
+}
+
+/// Contact begins, and in reversed time ends, where the free line first is below a support.
+void LineForces::find_borders_of_contact() {
+  const std::size_t terms = sweep_->terms;
+  std::array<double, 2> own{1.0, 1.0};  // from the beginning, from the end
+  std::array<double, 2> jump{};
+  for (std::size_t i = 0; i < gap_.size(); ++i) {
+    const double* series = free_gap_.data() + i * terms;
+    double reach = 0.0;  // no Legendre polynomial exceeds one
+    for (std::size_t j = 1; j < terms; ++j) {
+      reach += std::abs(series[j]);
+    }
+    for (std::size_t end = 0; series[0] <= reach && end < 2; ++end) {
+      const auto gap = sweep_->powers([&](std::size_t j) { return (end * j % 2 == 1 ? -1.0 : 1.0) * series[j]; });
+      const double zero = gap[0] <= 0.0 ? 0.0 : local::first_zero(gap.data(), terms, own[end]);
+      if (zero >= 0.0 && zero < own[end]) {
+        own[end] = zero;
+        jump[end] = std::abs(local::detail::slope(gap.data(), terms, zero));
       }
     }
-    if (strongest) {
-      kinks_.push_back(*strongest);
+  }
+  const petsc::LogScope reduction{petsc::log_events().reduction};
+  std::array<double, 2> first = own;
+  MPI_Allreduce(MPI_IN_PLACE, first.data(), 2, MPI_DOUBLE, MPI_MIN, contact_->comm());
+  if (first[0] == 1.0) {
+    return;
+  }
+  for (std::size_t end = 0; end < 2; ++end) {
+    jump[end] = own[end] == first[end] ? jump[end] : 0.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, jump.data(), 2, MPI_DOUBLE, MPI_MAX, contact_->comm());
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (first[end] > 0.0) {
+      kinks_.push_back({.tau = end == 1 ? 1.0 - first[end] : first[end], .jump = jump[end]});
     }
   }
 }
@@ -274,12 +322,16 @@ void LineForces::add_kink(const Active& before, const Active& after, double tau)
 }
 
 void LineForces::tell(Tally& tally) const {
-  for (const Kink& kink : kinks_) {
-    const double missed = kink.jump * kink_miss(sweep_->terms, kink.tau) / kink_integral_;
+  const auto enter = [&](const Kink& kink) {
+    const double missed = kink.jump * missed_of(kink.tau) / kink_integral_;
     const auto bin = std::min(static_cast<std::size_t>(kink.tau * kBins), kBins - 1);
     tally.most[Tally::kink] = std::max(tally.most[Tally::kink], missed);
     tally.kick[bin] += missed;
     tally.first[bin] = std::min(tally.first[bin], kink.tau);
+  };
+  std::ranges::for_each(own_kinks_, enter);
+  if (contact_->on_first_rank()) {  // sums over the ranks count them once
+    std::ranges::for_each(kinks_, enter);
   }
 }
 
@@ -326,17 +378,11 @@ void LineForces::write_journal() {
     }
   }
   if (std::ranges::find(held_, true) != held_.end()) {
-    // Contact begins and ends with a kink; of many points every rank knows its own alone, and that to a Gauss point.
+    // Contact begins and ends with a kink.
     const auto at = [&](double tau) { return sweep_->begin + tau * sweep_->step; };
     double from = 0.0;
     double until = 1.0;
-    if (!contact_->dense()) {
-      const auto first = static_cast<std::size_t>(std::ranges::find(held_, true) - held_.begin());
-      const auto last =
-          kGauss - 1 - static_cast<std::size_t>(std::ranges::find(held_.rbegin(), held_.rend(), true) - held_.rbegin());
-      from = first == 0 ? 0.0 : kPoints[first];
-      until = last + 1 == kGauss ? 1.0 : kPoints[last];
-    } else if (!kinks_.empty()) {
+    if (!kinks_.empty()) {
       const auto [first, last] = std::ranges::minmax_element(kinks_, {}, &Kink::tau);
       from = held_.front() ? 0.0 : first->tau;
       until = held_.back() ? 1.0 : last->tau;

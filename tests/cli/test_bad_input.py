@@ -18,6 +18,9 @@ WORKERS = 4
 # name: (changed options, what the message must contain)
 REFUSED = {
     "unknown_option": ({"beam_elemnts": 20}, ["-beam_elemnts", "-beam_elements"]),
+    "unknown_option_outside_the_groups": ({"suport_width": 1}, ["-suport_width", "-support_width"]),
+    "unknown_option_without_a_group": ({"grvity": 9.81}, ["-grvity", "-gravity"]),
+    "unknown_option_of_the_integrator": ({"ts_typ": "impact"}, ["-ts_typ", "-ts_type"]),
     "unknown_damping_option": ({"damping_mas": 1}, ["-damping_mas", "-damping_mass"]),
     "unknown_ground_option": ({"ground_profil": "hills.csv"}, ["-ground_profil", "-ground_profile"]),
     "unknown_contact_option": ({"contact_resitution": 0.5}, ["-contact_resitution", "-contact_restitution"]),

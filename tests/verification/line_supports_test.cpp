@@ -226,8 +226,7 @@ TEST_P(LineSupports, AFlatFallOnASpringBouncesOnTwoSpringsInSeries) {
       EXPECT_NEAR(record.energies[k].support_springs, 0.5 * mass * support * pressed * pressed, 1e-5 * mass) << t;
       EXPECT_NEAR(record.energies[k].drift(), 0.0, 5e-7) << "k " << support << ", t " << t;  // most within a step
     }
-    // Of many nodes impact does not see what begins before the first or after the last Gauss point of a step.
-    EXPECT_NEAR(record.energies.back().drift(), 0.0, GetParam().dense > 0 ? 2e-8 : 1e-6);
+    EXPECT_NEAR(record.energies.back().drift(), 0.0, 2e-8);
     // Known to half a step, or between two Gauss points.
     EXPECT_NEAR(fall.dynamics.counts().first_contact_time, first, 0.02 / springs.wf);
     EXPECT_NEAR(fall.dynamics.counts().last_contact_time, first + contact, 0.02 / springs.wf);

@@ -71,6 +71,16 @@ CASES = {
         "support_width": "0,1",
         "integrators": ("moreau",),
     },
+    # Steps may be cut elsewhere where the last digits of forces decide who touches: right to the integrator's error.
+    "line_contact_of_many_by_impact": {
+        "support_position": None,
+        "floor": True,
+        "contact_surface": "line",
+        "contact_line_dense_max": 0,
+        "initial_slope": 0.02,
+        "integrators": ("impact",),
+        "tolerance": 2e-6,  # found: 1e-12
+    },
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
@@ -94,6 +104,7 @@ def lines(path):
 class Ranks(UdarTest):
     def check(self, changes, ranks_to_try):
         changes = dict(changes)
+        self.tolerance = changes.pop("tolerance", TOLERANCE)
         for integrator in changes.pop("integrators", INTEGRATORS):
             with self.subTest(integrator=integrator):
                 self.check_one({**changes, "ts_type": integrator}, ranks_to_try, integrator)
@@ -115,7 +126,7 @@ class Ranks(UdarTest):
                 for name, values in expected.items():
                     if not name.startswith("velocity_"):  # a velocity jumps at an impact: its time differs by round-off
                         off = np.abs(found[name] - values)
-                        self.assertLess(off.max(), TOLERANCE, f"{name} at {expected['time'][off.argmax()]} s{run}")
+                        self.assertLess(off.max(), self.tolerance, f"{name} at {expected['time'][off.argmax()]} s{run}")
                 hits = run.csv("impacts.csv")
                 self.assertEqual(len(hits["time"]), len(impacts["time"]), f"impacts{run}")
                 self.assertEqual(sorted(hits["node"]), sorted(impacts["node"]), f"nodes hit{run}")
@@ -123,14 +134,14 @@ class Ranks(UdarTest):
                 self.assertEqual(run.summary()["ranks"], ranks, run)
                 if changes.get("floor") or changes.get("support_position", True) is not None:
                     self.check_forces(run, serial)
-                # Masses off by TOLERANCE: forces of the springs off by wf^2 m of it, moments by that times 10 m.
-                error = TOLERANCE * 100**2 * STEEL_MASS * 10
+                # Masses off by the tolerance: forces of the springs off by wf^2 m of it, moments by that times 10 m.
+                error = self.tolerance * 100**2 * STEEL_MASS * 10
                 for name, values in serial.csv("envelope.csv").items():
                     np.testing.assert_allclose(run.csv("envelope.csv")[name], values, rtol=0, atol=error, err_msg=name)
 
     def check_forces(self, run, serial):
-        """Masses off by TOLERANCE swing off by that times wf = 100: so much velocity of 2466 kg is the impulse's error."""
-        error = TOLERANCE * 100 * STEEL_MASS
+        """Masses off by the tolerance swing off by wf = 100 times that: so much velocity of 2466 kg is the error."""
+        error = self.tolerance * 100 * STEEL_MASS
         expected, found = serial.csv("contact.csv"), run.csv("contact.csv")
         self.assertEqual(list(found), list(expected), run)
         self.assertGreater(expected["masses"].max(), 0)

@@ -14,8 +14,9 @@ namespace udar {
 /// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with one symmetric positive definite W and many q.
 ///
 /// Block principal pivoting: rows that violate their sign change sides all at once while that helps, one by one when it
-/// does not, which ends for every positive definite W. The factors of the last active blocks are kept.
-/// Source: Judice and Pires, Computers Ops Res. 21 (1994) 587; LAPACK's Cholesky factorisation.
+/// does not, which ends for every positive definite W. The factors of the last active blocks are kept. W is taken for a
+/// band matrix as wide as its entries count: rows of one place should stand side by side.
+/// Source: Judice and Pires, Computers Ops Res. 21 (1994) 587; LAPACK's Cholesky factorisation of band matrices.
 /// @note Not collective: equal input gives equal output on every rank.
 class Complementarity {
  public:
@@ -44,11 +45,13 @@ class Complementarity {
 
   std::vector<double> matrix_;
   std::size_t size_;
+  std::size_t reach_ = 0;  // rows that feel each other are no further apart
   std::vector<std::size_t> active_;
   /// Cholesky factor of a block.
   struct Factor {
     std::vector<std::size_t> rows;
-    std::vector<double> values;  // by columns
+    std::size_t diagonals = 0;   // below the main one
+    std::vector<double> values;  // of these diagonals, by columns
   };
   static constexpr std::size_t kFactors = 6;  // about a kink of the motion few sets take turns
   std::vector<Factor> factors_;               // the last used first: that of the last solve

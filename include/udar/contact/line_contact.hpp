@@ -33,8 +33,10 @@ class LineContact {
   /// @throws InputError as `contact_runs`, and as `ObstacleForces` for many
   LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
 
+  [[nodiscard]] MPI_Comm comm() const noexcept { return line_->beam().comm(); }
+  [[nodiscard]] bool on_first_rank() const noexcept { return line_->beam().begin() == 0; }
   [[nodiscard]] bool dense() const noexcept { return many_ == nullptr; }
-  /// Dense: those of all ranks, in this order on each; else this rank's.
+  /// Dense: those of all ranks, in this order on each; else this rank's. Ascending by node.
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
 
   /// @brief Values at the contact points, by point, then field.

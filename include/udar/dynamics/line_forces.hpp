@@ -50,7 +50,9 @@ class LineForces {
   void free_gap_at(double tau);
   void locate_kinks();
   void estimate_kinks();
+  void find_borders_of_contact();
   void find_border_kink(const Active& inside, double at, double border);
+  [[nodiscard]] double missed_of(double tau) const;
   void motion(const Active& active, std::vector<double>& gap, std::vector<double>& force) const;
   [[nodiscard]] double first_change(const Active& active, double from, double to) const;
   void add_kink(const Active& before, const Active& after, double tau);
@@ -67,8 +69,9 @@ class LineForces {
   std::array<bool, kGauss> held_{};                 // any force, on any rank
   std::array<Active, kGauss> active_;               // few points
   std::array<std::vector<double>, kGauss> gap_at_;  // many points, with contact, from faces that give way [m]
-  std::vector<Kink> kinks_;
-  std::vector<double> gap_;  // work
+  std::vector<Kink> kinks_;                         // that every rank knows
+  std::vector<Kink> own_kinks_;                     // of many points: where this rank's change sides
+  std::vector<double> gap_;                         // work
   bool first_sweep_ = true;
 };
 

@@ -129,8 +129,8 @@ template <class T>
                    (count > 1 ? "1 or " : "") + expected};
 }
 
-/// @brief Refuses a key of one of udar's groups that nobody has read, and names the nearest known key; a left-over key
-/// of a solver under `-filter_` is only reported on standard error.
+/// @brief Refuses a key that nobody has read if it is of one of udar's groups or one or two slips from a known one, and
+/// names the nearest known key; others that nobody has read are reported on standard error.
 /// @param[in] group judge only the keys that start so, for a program that reads the others later
 /// @note Collective; call after the last `SetFromOptions` and set-up.
 void check_unknown_options(MPI_Comm comm, std::string_view group = {});
