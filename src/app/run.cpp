@@ -230,6 +230,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   summary.rejected_steps = counts.rejected_steps;
   summary.repeated_steps = counts.repeated_steps;
   summary.rhs_evaluations = counts.rhs_evaluations;
+  summary.row_line_solves = counts.row_line_solves;
   summary.line_solves = line.solves();
   summary.event_steps = counts.event_steps;
   summary.impacts = counts.impacts;

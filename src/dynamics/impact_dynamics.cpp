@@ -368,7 +368,9 @@ void ImpactDynamics::snapshot(double time, double until) {
   shown_.velocity.resize(count_);
   shown_resting_.resize(count_);
   stepper_->masses(time, shown_.position, shown_.velocity, shown_resting_);
+  const PetscInt solves = equations_->line().solves();
   equations_->evaluate(time, shown_.position, shown_line_, true);
+  row_line_solves_ += equations_->line().solves() - solves;
   EnergyLedger now = equations_->energy(shown_line_, shown_.position, shown_.velocity);
   shown_shear_.resize(count_);
   equations_->line().shear(shown_line_.moment, shown_shear_);
@@ -557,6 +559,7 @@ RunCounts ImpactDynamics::counts() const {
   counts.repeated_steps = stepper_->repeated_steps();
   counts.rejected_steps = rejected_steps_;
   counts.rhs_evaluations = stepper_->evaluations();
+  counts.row_line_solves = row_line_solves_;
   return counts;
 }
 

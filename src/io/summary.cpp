@@ -28,6 +28,7 @@ std::string as_json(const Summary& summary) {
   json["rhs_evaluations"] = summary.rhs_evaluations;
   json["line_solves"] = summary.line_solves;
   json["stepping_line_solves"] = summary.stepping_line_solves;
+  json["row_line_solves"] = summary.row_line_solves;
   json["streamed_bytes"] =
       number_or_null(summary.streamed_bytes > 0.0 ? std::optional{summary.streamed_bytes} : std::nullopt);
   json["event_steps"] = summary.event_steps;

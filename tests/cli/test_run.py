@@ -21,7 +21,7 @@ GRAVITY = 9.81
 LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
 
 SUMMARY_KEYS = """
-    elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves impacts rests releases first_contact_time
+    elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves row_line_solves impacts rests releases first_contact_time
     last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse force_window peak_support_force energy_drift wall_seconds
     wall_seconds_mean own_seconds communication peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_impacts,lost_in_dampers,total,drift"
@@ -128,6 +128,7 @@ class Example(UdarTest):
         self.assertLess(self.summary["peak_memory_bytes"], 1e9)
         self.assertGreater(self.summary["stepping_line_solves"], 0)
         self.assertLess(self.summary["stepping_line_solves"], self.summary["line_solves"])  # modes were found before
+        self.assertEqual(self.summary["row_line_solves"], len(self.finished.csv("energy.csv")["time"]))
         seconds, own = self.summary["wall_seconds"], self.summary["own_seconds"]
         self.assertAlmostEqual(seconds["set_up"] + seconds["stepping"], seconds["total"], delta=1e-9)
         self.assertAlmostEqual(sum(own.values()), seconds["stepping"], delta=1e-9)

@@ -21,6 +21,7 @@ struct RunCounts : ContactCounts {
   PetscInt repeated_steps = 0;  ///< steps of exact length taken again to hit an event
   PetscInt rejected_steps = 0;  ///< by the error control
   PetscInt rhs_evaluations = 0;
+  PetscInt row_line_solves = 0;  ///< for rows that observers asked for
 };
 
 /// @brief Integrates the filtered equations with a PETSc `TS` and lets masses hit, rest on and leave rigid supports.
@@ -122,6 +123,7 @@ class ImpactDynamics {
   std::vector<double> shown_shear_;
   std::vector<double> shown_impulse_;  // of each support
   EnergyLedger ledger_;
+  PetscInt row_line_solves_ = 0;
   double largest_kinetic_ = 0.0;
   std::vector<double> kinks_;  // of loads and moving supports, ascending [s]
   bool flows_ = false;         // energy flows through supports or dampers

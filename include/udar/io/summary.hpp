@@ -34,6 +34,7 @@ struct Summary {
   PetscInt rhs_evaluations = 0;
   PetscInt line_solves = 0;
   PetscInt stepping_line_solves = 0;  ///< of these, those of the stepping
+  PetscInt row_line_solves = 0;       ///< of these, those of output rows
   double streamed_bytes = 0.0;        ///< that steps and solves had to move to and from memory, all ranks; 0: not known
   PetscInt event_steps = 0;           ///< with an impact, rest or release
   PetscInt impacts = 0;
