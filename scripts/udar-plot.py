@@ -80,6 +80,7 @@ class Run:
     rests: dict
     finished: bool
     contact: dict = None     # columns of contact.csv
+    lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     envelope: dict = None    # datasets of /envelope; written when a run ends
     instants: np.ndarray = None  # times of the rows below; None when not asked for
     line_rows: np.ndarray = None
@@ -102,6 +103,14 @@ class Run:
         if self.filter_frequency > 0.0 and np.isfinite(self.filter_frequency):
             return f"wf = {self.filter_frequency:g} rad/s"
         return "unfiltered"
+
+    def lift_of(self, support, time):
+        """What motion has added to the height of a support, or of one of each time, at these times."""
+        time, support = np.broadcast_arrays(np.asarray(time, float), support)
+        lift = np.zeros(time.shape)
+        for number in np.unique(support) if self.lift is not None else ():
+            lift[support == number] = np.interp(time[support == number], self.lift[0], self.lift[1][:, number])
+        return lift
 
     def first_contacts(self):
         """(time, side of the support) of the first impact and of the first rest, as far as there are any."""
@@ -238,6 +247,9 @@ def read_run(folder, with_fields):
             for table in (run.impacts, run.rests):
                 if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
                     raise PlotError(f"{path}: an impact or rest names a support that is not in /support_position")
+            if "supports/lift" in file:
+                lift = file["supports/lift"][()]
+                run.lift = file["contact"]["time"][:len(lift)], lift
             if with_fields:
                 read_instants(file, run)
                 if "envelope" in file:
@@ -414,6 +426,7 @@ def mark_impacts(axis, run, node, marker, colour):
     hits = np.asarray(run.impacts["node"]) == node
     time, support = run.impacts["time"][hits], np.asarray(run.impacts["support"])[hits].astype(int)
     height = np.array([support.height for support in run.supports])[support] if len(time) else time
+    height = height + run.lift_of(support, time)
     cell = np.rint((time - run.begin) / max(run.end - run.begin, 1e-300) * BINS)
     _, kept = np.unique(cell + 1j * height, return_index=True)
     axis.plot(time[kept], height[kept], linestyle="none", marker=marker, markersize=4.5, markerfacecolor=colour,
@@ -440,7 +453,13 @@ def draw_gauges(pen, runs, chosen):
                       linestyle=(0, (1.5, 1.2)) if several else (0, (4, 1.2)), zorder=3)
             axis.plot(*thin(time, run.gauges[f"mass_{own}"]), color=mass_colour, linewidth=1.3, zorder=2.5)
             own_node = run.gauge_node[own]
-            heights |= {run.supports[k].height for k in run.supports_of_node(own_node)}
+            for k in run.supports_of_node(own_node):
+                if run.lift is not None and np.any(run.lift[1][:, k]):
+                    held = True
+                    axis.plot(*thin(run.lift[0], run.supports[k].height + run.lift[1][:, k]), color=GREY, linewidth=1.0,
+                              zorder=1.8)
+                else:
+                    heights.add(run.supports[k].height)
             marked |= mark_impacts(axis, run, own_node, "^v"[number % 2], mass_colour if several else VERMILLION)
         for height in sorted(heights):
             held = True
@@ -621,11 +640,11 @@ def draw_contacts(pen, runs):
     pen.write(figure, "contacts", "Contacts: which masses hit, when, how hard", runs)
 
 
-def draw_supports_side(axis, run, unit, thickness):
+def draw_supports_side(axis, run, time, unit, thickness):
     """Supports seen from the side, on their side of the beam: points as wedges, those with a width as blocks."""
     half = 0.012 * np.ptp(run.x)
-    for support in run.supports:
-        face = support.face / unit
+    for number, support in enumerate(run.supports):
+        face = (support.face + run.lift_of(number, time)) / unit
         top, foot = face[0], np.min(support.side * face) * support.side - support.side * thickness
         if support.high > support.low:
             outline = [*support.x, support.high, support.low], [*face, foot, foot]
@@ -652,7 +671,7 @@ def draw_deflection(pen, run):
     figure, axes = pen.figure(11.5 if len(halves) > 1 else 9.5, 5.4, 1, len(halves), sharey=True)
     colours = pen.plt.get_cmap("viridis")(np.linspace(0.0, 0.92, max(2, count)))
     for axis, (first, last, title) in zip(axes[0], halves):
-        draw_supports_side(axis, run, unit, 0.09 * span)
+        draw_supports_side(axis, run, origin, unit, 0.09 * span)
         for row in range(first, last):
             after = run.instants[row] - origin
             label = f"{after * 1e3:+.1f} ms" if contacts else f"{run.instants[row]:.4g} s"

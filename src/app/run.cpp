@@ -132,6 +132,9 @@ io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
          .height = support.profile.x.empty() ? support.height : std::ranges::max(support.profile.height),
          .restitution = support.restitution,
          .side = static_cast<int>(support.side)});
+    if (support.motion) {
+      layout.supports.back().lift = [motion = support.motion](double time) { return motion->at(time).height; };
+    }
     layout.ground_x.insert(layout.ground_x.end(), support.profile.x.begin(), support.profile.x.end());
     layout.ground_height.insert(layout.ground_height.end(), support.profile.height.begin(),
                                 support.profile.height.end());

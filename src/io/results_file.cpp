@@ -99,6 +99,7 @@ Hdf5Id contact_type() {
 constexpr const char* kContact = "/contact";
 constexpr const char* kForce = "/supports/force";
 constexpr const char* kImpulse = "/supports/impulse";
+constexpr const char* kLift = "/supports/lift";
 
 constexpr std::array kFieldNames{"/fields/time",          "/fields/mass_position", "/fields/mass_velocity",
                                  "/fields/line_position", "/fields/moment",        "/fields/resting"};
@@ -214,7 +215,7 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
   file_->flush();
 }
 
-void ResultsFile::add_contact(double force_window) {
+void ResultsFile::add_contact(double force_window, bool supports_move) {
   file_->add_records(kContact, contact_type());
   file_->add_group("/supports");
   file_->add_attribute("/supports", "force_window", force_window);
@@ -222,19 +223,27 @@ void ResultsFile::add_contact(double force_window) {
   file_->add_attribute(kForce, "units", std::string{"N"});
   file_->add_rows(kImpulse, H5T_NATIVE_DOUBLE, supports_);
   file_->add_attribute(kImpulse, "units", std::string{"N s"});
+  if (supports_move) {
+    file_->add_rows(kLift, H5T_NATIVE_DOUBLE, supports_);
+    file_->add_attribute(kLift, "units", std::string{"m"});
+  }
   file_->flush();
 }
 
 void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<const double> force,
-                                 std::span<const double> impulse) {
+                                 std::span<const double> impulse, std::span<const double> lift) {
   const std::size_t count = force.size() / static_cast<std::size_t>(supports_);
   if (count == 0) {
     return;
   }
-  file_->reserve(file_->growth(kContact, count) + file_->growth(kForce, count) + file_->growth(kImpulse, count));
+  file_->reserve(file_->growth(kContact, count) + file_->growth(kForce, count) + file_->growth(kImpulse, count) +
+                 (lift.empty() ? 0 : file_->growth(kLift, count)));
   const NodeRange all{.begin = first_rank_ ? 0 : supports_, .end = supports_, .total = supports_};
   file_->append_rows(kForce, all, count, force.data());
   file_->append_rows(kImpulse, all, count, impulse.data());
+  if (!lift.empty()) {
+    file_->append_rows(kLift, all, count, lift.data());
+  }
   file_->append_records(kContact, rows.data(), first_rank_ ? count : 0);
   file_->flush();
 }

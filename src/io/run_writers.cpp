@@ -262,7 +262,11 @@ class ContactWriter final : public Observer {
         forces_{&forces},
         file_{layout.comm, path} {
     file_.append(contact_header(forces_->supports()));
-    results_->add_contact(forces_->window());
+    for (const RunLayout::Support& support : layout.supports) {
+      lifts_.push_back(support.lift);
+      moves_ = moves_ || support.lift;
+    }
+    results_->add_contact(forces_->window(), moves_);
   }
 
   [[nodiscard]] double interval() const override { return interval_; }
@@ -271,6 +275,9 @@ class ContactWriter final : public Observer {
     const std::vector<double> force = forces_->add(state.time, state.support_impulse);
     force_.insert(force_.end(), force.begin(), force.end());
     impulse_.insert(impulse_.end(), state.support_impulse.begin(), state.support_impulse.end());
+    for (std::size_t k = 0; moves_ && k < lifts_.size(); ++k) {
+      lift_.push_back(lifts_[k] ? lifts_[k](state.time) : 0.0);
+    }
     rows_.push_back({.time = state.time,
                      .force = std::reduce(force.begin(), force.end()),
                      .impulse = std::reduce(state.support_impulse.begin(), state.support_impulse.end())});
@@ -304,10 +311,11 @@ class ContactWriter final : public Observer {
       rows_[i].x_max = masses[i] > 0.0 ? edges[2 * i + 1] : kNowhere;
     }
     file_.append(rank == 0 ? contact_rows(rows_, force_, impulse_) : "");
-    results_->append_contact(rows_, force_, impulse_);
+    results_->append_contact(rows_, force_, impulse_, lift_);
     rows_.clear();
     force_.clear();
     impulse_.clear();
+    lift_.clear();
     masses_.clear();
     edges_.clear();
   }
@@ -321,8 +329,11 @@ class ContactWriter final : public Observer {
   std::vector<ContactRow> rows_;  ///< that wait
   std::vector<double> force_;     ///< of these rows, one for each support [N]
   std::vector<double> impulse_;   ///< [N s]
-  std::vector<double> masses_;    ///< this rank's
-  std::vector<double> edges_;     ///< -x_min, x_max of this rank's [m]
+  std::vector<double> lift_;      ///< what motion adds to the supports' heights [m]; empty: none moves
+  std::vector<std::function<double(double)>> lifts_;
+  bool moves_ = false;
+  std::vector<double> masses_;  ///< this rank's
+  std::vector<double> edges_;   ///< -x_min, x_max of this rank's [m]
 };
 
 /// envelope.csv and /envelope: the extremes of all snapshots, kept by the rank that has the node.

@@ -260,6 +260,18 @@ class OneRun(PlotTest):
                 if file.suffix == ".png":
                     self.picture(file)
 
+    def test_supports_that_move_are_drawn_where_they_are(self):
+        run = write_run(self.here / "run")
+        at_rest, _ = self.draw(run, "--gauges", "1", "--output", self.here / "at_rest")
+        with h5py.File(run / "results.h5", "a") as file:
+            time = np.linspace(0.0, 2.0, 21)
+            file["contact"] = np.array([(at,) for at in time], dtype=[("time", "f8")])
+            supports = len(file["support_position"])
+            file["supports/lift"] = np.outer(0.3 * np.sin(time), np.ones(supports))
+        moving, _ = self.draw(run, "--gauges", "1", "--output", self.here / "moving")
+        for name in ("gauges.svg", "deflection.svg"):
+            self.assertNotEqual(at_rest[name].read_text(encoding="utf-8"), moving[name].read_text(encoding="utf-8"), name)
+
     def test_unfiltered(self):
         files, _ = self.draw(write_run(self.here / "run", wf=0.0), "--format", "svg")
         self.assertIn("N = 20 elements, unfiltered", files["gauges.svg"].read_text(encoding="utf-8"))

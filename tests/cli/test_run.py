@@ -261,6 +261,18 @@ class Balance(UdarTest):
     def test_momentum_plastic_pads(self):
         self.momentum({"contact_restitution": 0, "support_width": 1})
 
+    def test_lift_of_moving_supports_is_in_the_rows(self):
+        table = self.scratch / "lift.csv"
+        table.write_text("time,height\n0,0\n0.4,0.2\n")  # at rest at both ends
+        result = self.run_case(case(support_motion=table, ts_max_time=0.5, initial_height=0.5))
+        with h5py.File(result.file("results.h5")) as file:
+            time, lift = file["contact"]["time"], file["supports/lift"][()]
+        s = np.clip(time / 0.4, 0, 1)
+        for of_one in lift.T:
+            np.testing.assert_allclose(of_one, 0.2 * s**2 * (3 - 2 * s), rtol=0, atol=1e-15)
+        with h5py.File(self.run_case(case(ts_max_time=0.1), name="still").file("results.h5")) as file:
+            self.assertNotIn("lift", file["supports"])
+
     def test_momentum_floor(self):
         """Flat on the floor with e = 0: all stick at once, and the floor then carries the weight."""
         (impulse,) = self.momentum({"contact_restitution": 0, "support_position": None, "floor": True})

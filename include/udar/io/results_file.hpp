@@ -38,9 +38,12 @@ class ResultsFile {
   /// @param[in] times, rows equal on every rank
   void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);
   /// @brief Makes /contact and /supports. @param[in] force_window what forces are averaged over [s]
-  void add_contact(double force_window);
-  /// @param[in] rows, force, impulse as for `contact_rows`, equal on every rank or on rank 0 alone
-  void append_contact(std::span<const ContactRow> rows, std::span<const double> force, std::span<const double> impulse);
+  /// @param[in] supports_move whether rows have their lift
+  void add_contact(double force_window, bool supports_move);
+  /// @param[in] rows, force, impulse as for `contact_rows`, equal on every rank or on rank 0 alone; lift by row, then
+  /// support [m], empty if none moves
+  void append_contact(std::span<const ContactRow> rows, std::span<const double> force, std::span<const double> impulse,
+                      std::span<const double> lift);
   /// @brief Extremes of moment [N m] and shear [N] at this rank's nodes and in the elements to the right of them.
   void add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
                     std::span<const double> shear_min, std::span<const double> shear_max);
