@@ -24,12 +24,13 @@ struct NodeRange {
 struct RunLayout {
   /// @brief One support, or the floor.
   struct Support {
-    double position = 0.0;                 ///< centre along the beam [m]
-    double width = 0.0;                    ///< along the beam [m]; 0 for a point support
-    double height = 0.0;                   ///< of the contact face [m], y up
-    double restitution = 0.0;              ///< between 0 and 1
-    int side = 1;                          ///< +1 below the beam, -1 above
-    std::function<double(double)> lift{};  ///< what its motion adds to the height [m] at a time [s]; empty: none
+    double position = 0.0;     ///< centre along the beam [m]
+    double width = 0.0;        ///< along the beam [m]; 0 for a point support
+    double height = 0.0;       ///< of the contact face [m], y up
+    double restitution = 0.0;  ///< between 0 and 1
+    int side = 1;              ///< +1 below the beam, -1 above
+    std::function<double(double)> lift =
+        nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };
 
   MPI_Comm comm = MPI_COMM_NULL;       ///< borrowed; must outlive the writers
