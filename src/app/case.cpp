@@ -354,9 +354,12 @@ void read_initial(MPI_Comm comm, Case& input) {
                 "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, "
                 "constant outside");
   group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
-             "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda");
+             "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda; for -ts_type "
+             "impact and rk");
   group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
-             "beta of Rayleigh damping: a force beta wf^2 M (Yc' - Ym'); ratio beta lambda / 2 of a mode lambda");
+             "beta of Rayleigh damping: a force beta wf^2 M (Yc' - Ym'); ratio beta lambda / 2 of a mode lambda; the "
+             "same, with "
+             "-contact_surface mass");
   if (!shape.empty()) {
     const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
     input.initial.shape.x = column(table, 0);

@@ -190,13 +190,16 @@ void ImpactDynamics::refuse_supports() const {
   TSType type = nullptr;
   UDAR_CALL(TSGetType(ts_, &type));
   const std::string_view name{type};
-  if (equations_->damping().any() && (contact_.runs_on_line() || name == kTsChebyshev)) {
+  const Damping& damping = equations_->damping();
+  if (contact_.runs_on_line() && damping.stiffness > 0.0) {
     throw InputError{
-        contact_.runs_on_line()
-            ? "option -damping_mass, -damping_stiffness: damping is not allowed with -contact_surface line "
-              "or -filter_frequency none, whose line would need a rate of its own [1/s, s]"
-            : "option -ts_type: chebyshev is not allowed with -damping_mass or -damping_stiffness, expected "
-              "impact or rk: its series are those of cos and sin of an undamped motion"};
+        "option -damping_stiffness: not allowed with -contact_surface line or -filter_frequency none, expected 0 [s]: "
+        "the rate of the line, by which it pulls, jumps where the line is held"};
+  }
+  if (damping.any() && (name == kTsChebyshev || name == kTsMoreau)) {
+    throw InputError{"option -ts_type: " + std::string{name} +
+                     " is not allowed with -damping_mass or -damping_stiffness, expected impact or rk: it "
+                     "knows undamped motion alone"};
   }
   for (const Support& support : contact_.supports()) {
     if (support.motion) {

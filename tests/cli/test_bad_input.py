@@ -178,7 +178,7 @@ REFUSED = {
     ),
     "damping_under_line_contact": (
         {"damping_stiffness": 1e-3, "contact_surface": "line"},
-        ["-damping_stiffness", "-contact_surface line"],
+        ["-damping_stiffness", "-contact_surface line", "expected 0", "[s]"],
     ),
     "zero_stiffness": ({"support_stiffness": 0}, ["-support_stiffness", "0", "> 0", "[N/m]"]),
     "spring_with_restitution": (

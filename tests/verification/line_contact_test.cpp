@@ -121,6 +121,47 @@ TEST(LineContact, EnergyStaysWhereverKinksLieInAStep) {
   }
 }
 
+TEST_P(LineContactRun, DraggedFlatFallIsThatOfADampedBall) {
+  // y'' = -g - a y' in flight, y'' = -wf^2 y - a y' once the foot g / wf^2 below the mass is stopped.
+  const double drag = 3.0;
+  const Ball ball{.wf = 100.0, .height = 1.0};
+  const test::Option rtol{"-ts_rtol", "1e-10"};
+  const test::Option end{"-ts_max_time", "0.6"};
+  test::Fall fall{test::steel_beam(8),        ball.wf,   kGravity, {.height = ball.height},
+                  {Support::floor(0.0, 1.0)}, on_line(), {},       {.mass = drag}};
+  test::Recorder record{0.002};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  const auto speed_at = [&](double t) { return -kGravity / drag * (1.0 - std::exp(-drag * t)); };
+  const auto place_at = [&](double t) { return ball.height - (kGravity * t + speed_at(t)) / drag; };
+  double touch = 0.0;
+  double above = 1.0;
+  for (int halving = 0; halving < 60; ++halving) {
+    const double middle = 0.5 * (touch + above);
+    (place_at(middle) > ball.rest() ? touch : above) = middle;
+  }
+  int in_contact = 0;
+  for (std::size_t k = 0; k < record.times.size() && record.times[k] < touch + 0.9 * M_PI / ball.wf; ++k) {
+    const double since = record.times[k] - touch;
+    double expected = place_at(record.times[k]);
+    if (since > 0.0) {
+      ++in_contact;
+      const double w = std::sqrt(ball.wf * ball.wf - 0.25 * drag * drag);
+      expected =
+          std::exp(-0.5 * drag * since) *
+          (ball.rest() * std::cos(w * since) + (speed_at(touch) + 0.5 * drag * ball.rest()) / w * std::sin(w * since));
+    }
+    for (const double y : record.positions[k]) {
+      EXPECT_NEAR(y, expected, 1e-7) << record.times[k];
+    }
+  }
+  EXPECT_GE(in_contact, 10);
+  EXPECT_GT(record.energies.back().lost_in_dampers, 0.1 * record.energies.back().initial);
+  for (const EnergyLedger& energy : record.energies) {
+    EXPECT_NEAR(energy.drift(), 0.0, 1e-7);
+  }
+}
+
 TEST_P(LineContactRun, StopsOnBothSidesHoldTheSameNode) {
   // Without gravity between floor and ceiling: the ball of above, to and fro.
   const double wf = 200.0;
