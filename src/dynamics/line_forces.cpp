@@ -152,8 +152,8 @@ void LineForces::locate_kinks() {
 }
 
 /// Of many points: where contact of all begins and ends, by the free line; and for each of this rank's that changes
-/// sides between two Gauss points, where its gap, gone on with from the open side, closes. What is before the first and
-/// after the last Gauss point hardly counts; the next step or the last has seen it.
+/// sides between two Gauss points, where its gap, gone on with from the open side, closes. What of these is before
+/// the first or after the last Gauss point is not seen.
 void LineForces::estimate_kinks() {
   find_borders_of_contact();
   const auto slope = [&](std::size_t i, std::size_t q) {  // between a Gauss point and the next

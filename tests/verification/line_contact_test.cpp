@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string>
 
+#include "support/line_ways.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
 
@@ -14,7 +15,7 @@ namespace udar {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr ContactParameters kOnLine{.hop_tolerance = 1e-10, .surface = ContactSurface::line};
+using test::kOnLine;
 
 /// A flat fall on a full floor: the line stays straight and every mass is a ball on a spring of wf^2 m whose foot the
 /// floor stops. In contact y'' = -wf^2 y from y0 = g / wf^2, v = -v0; it ends where y comes back to y0.
@@ -27,28 +28,8 @@ struct Ball {
   [[nodiscard]] double contact() const { return 2.0 * (M_PI - std::atan(speed() / (wf * rest()))) / wf; }
 };
 
-/// An integrator, and the contact nodes that count as few.
-struct Way {
-  const char* integrator;
-  PetscInt dense;
-};
-
-class LineContactRun : public testing::TestWithParam<Way> {
- protected:
-  [[nodiscard]] static ContactParameters on_line() {
-    ContactParameters contact = kOnLine;
-    contact.line_dense_max = GetParam().dense;
-    return contact;
-  }
-
- private:
-  test::Option type_{"-ts_type", GetParam().integrator};
-};
-INSTANTIATE_TEST_SUITE_P(All, LineContactRun,
-                         testing::Values(Way{"rk", 100}, Way{"impact", 100}, Way{"rk", 0}, Way{"impact", 0}),
-                         [](const auto& tested) {
-                           return std::string{tested.param.integrator} + (tested.param.dense > 0 ? "" : "_many");
-                         });
+class LineContactRun : public test::LineTest {};
+INSTANTIATE_TEST_SUITE_P(All, LineContactRun, testing::ValuesIn(test::kWays), test::name_of);
 
 TEST_P(LineContactRun, FlatFallBouncesAsABallOnItsSpring) {
   const Ball ball{.wf = 100.0, .height = 1.0};
@@ -93,10 +74,8 @@ TEST(LineContact, EnergyStaysWhereverKinksLieInAStep) {
   const test::Option end{"-ts_max_time", "0.6"};
   const auto fall = [](const char* tolerance, PetscInt dense, double& drift) {
     const test::Option rtol{"-ts_rtol", tolerance};
-    ContactParameters contact = kOnLine;
-    contact.line_dense_max = dense;
-    test::Fall run{test::steel_beam(20),       100.0,  kGravity, {.height = 1.0, .slope = 0.02},
-                   {Support::floor(0.0, 1.0)}, contact};
+    test::Fall run{test::steel_beam(20), 100.0, kGravity, {.height = 1.0, .slope = 0.02}, {Support::floor(0.0, 1.0)},
+                   test::on_line(dense)};
     test::Recorder record{1e-3};
     run.dynamics.add_observer(record);
     run.dynamics.solve();

@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/line_ways.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
 
@@ -24,33 +25,19 @@ namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kRigid = std::numeric_limits<double>::infinity();
-constexpr ContactParameters kOnLine{.hop_tolerance = 1e-10, .surface = ContactSurface::line};
+using test::kImpact;
+using test::kOnLine;
+using test::kRk;
+using test::Way;
 
-/// An integrator, and the contact nodes that count as few.
-struct Way {
-  const char* integrator;
-  PetscInt dense;
-};
-constexpr Way kRk{.integrator = "rk", .dense = 100};
-constexpr Way kImpact{.integrator = "impact", .dense = 100};
-
-class LineSupports : public testing::TestWithParam<Way> {
+class LineSupports : public test::LineTest {
  protected:
-  [[nodiscard]] static ContactParameters on_line() {
-    ContactParameters contact = kOnLine;
-    contact.line_dense_max = GetParam().dense;
-    return contact;
-  }
   [[nodiscard]] static bool is(const char* type) { return std::string_view{GetParam().integrator} == type; }
 
  private:
-  test::Option type_{"-ts_type", GetParam().integrator};
   test::Option tolerance_{"-ts_rtol", "1e-10"};
 };
-INSTANTIATE_TEST_SUITE_P(All, LineSupports, testing::Values(kRk, kImpact, Way{"rk", 0}, Way{"impact", 0}),
-                         [](const auto& tested) {
-                           return std::string{tested.param.integrator} + (tested.param.dense > 0 ? "" : "_many");
-                         });
+INSTANTIATE_TEST_SUITE_P(All, LineSupports, testing::ValuesIn(test::kWays), test::name_of);
 
 /// Lifted, lowered, and back, with jumps of the acceleration.
 std::shared_ptr<const SupportMotion> shaken() {
@@ -264,10 +251,8 @@ Ended tilted_fall(const Way& way, const char* rtol, std::vector<Support> support
   const test::Option tolerance{"-ts_rtol", rtol};
   const std::string end_time = std::to_string(until);
   const test::Option end{"-ts_max_time", end_time.c_str()};
-  ContactParameters contact = kOnLine;
-  contact.line_dense_max = way.dense;
   InitialState initial{.height = 0.3, .slope = 0.01, .velocity = 2.0};
-  test::Fall fall{test::steel_beam(20), 60.0, kGravity, initial, std::move(supports), contact};
+  test::Fall fall{test::steel_beam(20), 60.0, kGravity, initial, std::move(supports), test::on_line(way.dense)};
   test::Recorder record{0.02};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();

@@ -28,7 +28,7 @@ class LineForces {
   void begin();
   /// @brief Adds to the free line, just solved for, what contact forces do to it.
   /// @note Collective: one reduction and, in contact, one batch of line solves; with many points a solve of
-  /// `ObstacleForces` at each Gauss point, too.
+  /// `ObstacleForces` at each Gauss point and one reduction, near contact two.
   void apply();
   /// Enters the kinks of the last `apply`.
   void tell(Tally& tally) const;
