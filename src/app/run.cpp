@@ -27,6 +27,7 @@
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::app {
 namespace {
@@ -257,14 +258,22 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
   for (const double gauge : input.gauges) {
     summary.gauge_node_position.push_back(beam.position(beam.nearest_node(gauge)));
   }
+  summary.warnings = petsc::take_warnings();
   summary.versions = io::library_versions();
   return summary;
+}
+
+void warn_of_drift(MPI_Comm comm, double drift) {
+  if (!(std::abs(drift) <= kWorthAWarning)) {
+    petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
+  }
 }
 
 }  // namespace
 
 RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const CostMark begin = cost_mark();
+  static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
   std::signal(SIGINT, remember_signal);
   std::signal(SIGTERM, remember_signal);
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
@@ -330,6 +339,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   RunResult result;
   const auto summarise = [&] {
     const CostMark end = cost_mark();
+    warn_of_drift(comm, dynamics.energy().drift());
     io::Summary& summary = result.summary;
     summary = make_summary(input, line, dynamics, forces);
     summary.stepping_line_solves = line.solves() - solves_before;
@@ -360,13 +370,6 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
       dynamics.completed() ? "finished" : "stopped", dynamics.time(), static_cast<long long>(counts.steps),
       static_cast<long long>(counts.impacts), static_cast<long long>(line.solves()), dynamics.energy().drift(),
       input.output.directory.c_str()));
-  if (std::abs(dynamics.energy().drift()) > kWorthAWarning) {
-    UDAR_CALL(
-        PetscFPrintf(comm, PETSC_STDERR,
-                     "udar: warning: the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or "
-                     "-ts_dt\n",
-                     dynamics.energy().drift()));
-  }
   if (!dynamics.completed()) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));

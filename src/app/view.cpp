@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::app {
 namespace {
@@ -179,24 +180,22 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
   const MPI_Comm comm = line.beam().comm();
   if (!line.parameters().unfiltered && !modes.empty() && !modes.front().corrected &&
       modes.front().distortion() < -kWarningShare) {
-    UDAR_CALL(
-        PetscFPrintf(comm, PETSC_STDERR,
-                     "udar: warning: the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
-                     "the curves are qualitative. -filter_frequency auto would keep it to 1 %%, with %.3g rad/s, and "
-                     "-filter_correct_modes 1 would not lower it\n",
-                     modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
-                     filter_frequency_for(modes.front().frequency, 0.01)));
+    petsc::warn(comm,
+                "the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
+                "the curves are qualitative. -filter_frequency auto would keep it to 1 %%, with %.3g rad/s, and "
+                "-filter_correct_modes 1 would not lower it",
+                modes.front().frequency, modes.front().filtered, 100.0 * modes.front().distortion(),
+                filter_frequency_for(modes.front().frequency, 0.01));
   }
   if (springs.predicted_sag > kWarningShare * springs.drop && springs.stiffness > 0.0) {
-    UDAR_CALL(
-        PetscFPrintf(comm, PETSC_STDERR,
-                     "udar: warning: the line is predicted to sink %.3g m through its supports (drop %.3g m, "
-                     "support stiffness %.3g N/m)%s\n",
-                     springs.predicted_sag, springs.drop, springs.stiffness,
-                     std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
-                         ? "; under point supports this grows without limit on finer meshes: give -support_width, or "
-                           "-contact_surface line"
-                         : ""));
+    petsc::warn(comm,
+                "the line is predicted to sink %.3g m through its supports (drop %.3g m, "
+                "support stiffness %.3g N/m)%s",
+                springs.predicted_sag, springs.drop, springs.stiffness,
+                std::ranges::any_of(input.supports, [](const Support& s) { return s.width == 0.0; })
+                    ? "; under point supports this grows without limit on finer meshes: give -support_width, or "
+                      "-contact_surface line"
+                    : "");
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
   for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {
@@ -207,12 +206,11 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
   std::array<char, 32> type{};
   UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type.data(), type.size(), nullptr));
   if (ratio > kStiff && std::string_view{type.data()} == TSRK) {
-    UDAR_CALL(
-        PetscFPrintf(comm, stderr,
-                     "udar: warning: masses on the springs of their supports are %.3g times as fast as the filter "
-                     "frequency: -ts_type rk takes steps as short as that while they touch; -ts_type impact does "
-                     "not\n",
-                     ratio));
+    petsc::warn(comm,
+                "masses on the springs of their supports are %.3g times as fast as the filter "
+                "frequency: -ts_type rk takes steps as short as that while they touch; -ts_type impact does "
+                "not",
+                ratio);
   }
 }
 

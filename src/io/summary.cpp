@@ -44,6 +44,7 @@ std::string as_json(const Summary& summary) {
   json["force_window"] = number_or_null(summary.force_window);
   json["peak_support_force"] = summary.peak_support_force;
   json["energy_drift"] = summary.energy_drift;
+  json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
   json["wall_seconds"] = summary.wall_seconds;

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "udar/petsc/session.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::petsc {
 namespace {
@@ -321,10 +322,10 @@ void check_unknown_options(MPI_Comm comm, std::string_view group) {
     throw InputError{"unknown option " + unknown + "; the nearest known option is " + nearest + " (see -help)"};
   }
   if (!unused.empty()) {
-    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: not used by the chosen solver: %s\n", unused.c_str()));
+    warn(comm, "not used by the chosen solver: %s", unused.c_str());
   }
   if (!unread.empty()) {
-    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: read by nobody: %s\n", unread.c_str()));
+    warn(comm, "read by nobody: %s", unread.c_str());
   }
 }
 

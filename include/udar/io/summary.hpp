@@ -49,6 +49,7 @@ struct Summary {
   std::optional<double> force_window;          ///< what forces of supports are averaged over [s]; empty without any
   std::vector<double> peak_support_force;      ///< the one of largest size in the rows of contact.csv, y up [N]
   double energy_drift = 0.0;                   ///< at the end, relative
+  std::vector<std::string> warnings;           ///< what `petsc::warn` told the user, in order
   std::vector<double> gauge_position;          ///< asked for [m]
   std::vector<double> gauge_node_position;     ///< of the node it became [m]
   std::map<std::string, double> wall_seconds;  ///< by stage of the run, largest over the ranks

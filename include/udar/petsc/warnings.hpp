@@ -1,0 +1,23 @@
+#pragma once
+/// @file
+/// What a user should know before believing a run: printed at once, kept for its summary.
+
+#include <mpi.h>
+
+#include <string>
+#include <vector>
+
+namespace udar::petsc {
+
+/// @brief Prints `udar: warning: TEXT` on `PETSC_STDERR` and keeps the text for summary.json, whose pictures show it.
+///
+/// The finding comes first, then `; ` and what to do about it: pictures show the finding alone.
+/// A text that is kept already is neither printed nor kept again, so that a step may warn as often as it likes.
+/// @param[in] format as for `printf`, without newline; rank 0 of `comm` prints, every rank keeps its own
+/// @note Not collective, but the summary holds what rank 0 was told.
+[[gnu::format(printf, 2, 3)]] void warn(MPI_Comm comm, const char* format, ...);
+
+/// @brief The texts kept since the last call, in order; forgets them.
+[[nodiscard]] std::vector<std::string> take_warnings();
+
+}  // namespace udar::petsc

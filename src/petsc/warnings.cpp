@@ -1,0 +1,40 @@
+#include "udar/petsc/warnings.hpp"
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <utility>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::petsc {
+namespace {
+
+std::vector<std::string>& kept() {
+  static std::vector<std::string> texts;
+  return texts;
+}
+
+}  // namespace
+
+void warn(MPI_Comm comm, const char* format, ...) {
+  std::va_list values;
+  va_start(values, format);
+  std::va_list again;
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::max(std::vsnprintf(nullptr, 0, format, values), 0)), '\0');
+  va_end(values);
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+  if (std::ranges::find(kept(), text) != kept().end()) {
+    return;
+  }
+  kept().push_back(text);
+  UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: %s\n", text.c_str()));
+}
+
+std::vector<std::string> take_warnings() { return std::exchange(kept(), {}); }
+
+}  // namespace udar::petsc
