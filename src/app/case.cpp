@@ -182,6 +182,8 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   Numbers mass;
   Numbers shear;
   Numbers foundation{0.0};
+  Numbers fibre;
+  Numbers yield{0.0};
   group.reals("-beam_length", length, "m", petsc::positive(), "length of each segment");
   const std::size_t count = length.size();
   const char* per_segment = "one per segment of -beam_length";
@@ -198,6 +200,12 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
       group.reals("-beam_mass_per_length", mass, "kg/m", petsc::positive(), "rhoA; default from section and density");
   const bool shear_given = group.reals("-beam_shear_stiffness", shear, "N", petsc::positive(),
                                        "kGA for -beam_theory timoshenko; default from section and modulus");
+  const bool fibre_given =
+      group.reals("-beam_outer_fibre", fibre, "m", petsc::positive(),
+                  "largest distance of the section from its neutral axis, for the bending stress; default from the "
+                  "section, none for direct and with -beam_bending_stiffness");
+  group.reals("-beam_yield_stress", yield, "Pa", petsc::non_negative(),
+              "what the largest bending stress is compared with, utilisation 1; 0: nothing");
   group.reals("-beam_foundation", foundation, "N/m^2", petsc::non_negative(),
               "elastic foundation, force per length and displacement from the reference axis, both ways");
   group.real("-beam_tension", beam.tension, "N", petsc::non_negative(), "axial tension");
@@ -227,9 +235,16 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   elements = petsc::one_per("-beam_elements", elements, count, per_segment);
   modulus = petsc::one_per("-beam_young_modulus", modulus, count, per_segment);
   density = petsc::one_per("-beam_density", density, count, per_segment);
+  yield = petsc::one_per("-beam_yield_stress", yield, count, per_segment);
   foundation = petsc::one_per("-beam_foundation", foundation, count, per_segment);
   bending = bending_given ? petsc::one_per("-beam_bending_stiffness", bending, count, per_segment) : Numbers{};
   mass = mass_given ? petsc::one_per("-beam_mass_per_length", mass, count, per_segment) : Numbers{};
+  fibre = fibre_given ? petsc::one_per("-beam_outer_fibre", fibre, count, per_segment) : Numbers(count, 0.0);
+  const auto section_modulus = [&](std::size_t i) {  // I / c; 0: c is not known
+    const double inertia = bending_given ? bending[i] / modulus[i] : sections[i].inertia;
+    const double outer = fibre_given || bending_given ? fibre[i] : sections[i].outer_fibre;
+    return outer > 0.0 ? inertia / outer : 0.0;
+  };
   shear = shear_given ? petsc::one_per("-beam_shear_stiffness", shear, count, per_segment) : Numbers{};
   if (shear_given && theory != Theory::timoshenko) {
     throw InputError{"option -beam_shear_stiffness needs -beam_theory timoshenko"};
@@ -253,7 +268,13 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
                                                     ? std::numeric_limits<double>::infinity()
                                                 : shear_given ? shear[i]
                                                               : section_shear,
-                             .foundation_stiffness = foundation[i]});
+                             .foundation_stiffness = foundation[i],
+                             .section_modulus = section_modulus(i),
+                             .yield_stress = yield[i]});
+    if (yield[i] > 0.0 && !(beam.segments.back().section_modulus > 0.0)) {
+      throw InputError{"option -beam_yield_stress needs -beam_outer_fibre [m]: the section of segment " +
+                       std::to_string(i) + " does not say how far its outermost fibre is from the neutral axis"};
+    }
   }
   if (!line_position.empty() || line_stiffness_given) {
     line_stiffness = petsc::one_per("-beam_line_support_stiffness", line_stiffness, line_position.size(),

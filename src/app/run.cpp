@@ -120,6 +120,9 @@ io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
   layout.options_text = petsc::effective_options();
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     layout.x.push_back(beam.position(node));
+    const MomentStress per_moment = beam.moment_stress(node);
+    layout.stress_per_moment.push_back(per_moment.stress);
+    layout.utilisation_per_moment.push_back(per_moment.utilisation);
   }
   layout.mass = line.mass();
   for (const double gauge : input.gauges) {
@@ -215,7 +218,7 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain
 }
 
 io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics,
-                         const io::SupportForces& forces) {
+                         const io::SupportForces& forces, const io::BendingPeaks& bending) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
@@ -253,6 +256,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
     summary.force_window = forces.window();
     summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
+  summary.bending = bending;
   summary.energy_drift = dynamics.energy().drift();
   summary.gauge_position = input.gauges;
   for (const double gauge : input.gauges) {
@@ -266,6 +270,15 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
 void warn_of_drift(MPI_Comm comm, double drift) {
   if (!(std::abs(drift) <= kWorthAWarning)) {
     petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
+  }
+}
+
+void warn_of_yielding(MPI_Comm comm, const io::BendingPeaks& bending) {
+  if (bending.utilisation && bending.utilisation->value > 1.0) {
+    petsc::warn(comm,
+                "the bending stress reaches %.3g times the yield stress, at x = %g m, t = %g s; what follows is that "
+                "of a beam that stays elastic",
+                bending.utilisation->value, bending.utilisation->x, bending.utilisation->time);
   }
 }
 
@@ -316,8 +329,10 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   print_warnings(input, line, modes, springs);
 
   io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
-  std::vector<std::unique_ptr<Observer>> observers = io::make_run_writers(
-      make_layout(input, line), input.output.directory, input.output.interval, input.output.field_interval, &forces);
+  io::BendingPeaks bending;
+  std::vector<std::unique_ptr<Observer>> observers =
+      io::make_run_writers(make_layout(input, line), input.output.directory, input.output.interval,
+                           input.output.field_interval, &forces, &bending);
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));
@@ -341,7 +356,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     const CostMark end = cost_mark();
     warn_of_drift(comm, dynamics.energy().drift());
     io::Summary& summary = result.summary;
-    summary = make_summary(input, line, dynamics, forces);
+    warn_of_yielding(comm, bending);
+    summary = make_summary(input, line, dynamics, forces, bending);
     summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);

@@ -99,6 +99,14 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
         comm, "  segment %zu: %g m, %lld elements, EI %g N m^2, rhoA %g kg/m, kGA %g N, foundation %g N/m^2\n",
         number++, segment.length, static_cast<long long>(segment.elements), segment.bending_stiffness,
         segment.mass_per_length, segment.shear_stiffness, segment.foundation_stiffness));
+    if (segment.section_modulus > 0.0) {
+      UDAR_CALL(PetscPrintf(comm, "    section modulus %g m^3", segment.section_modulus));
+      UDAR_CALL(segment.yield_stress > 0.0 ? PetscPrintf(comm, ", yields at %g Pa: at %g N m\n", segment.yield_stress,
+                                                         segment.yield_stress * segment.section_modulus)
+                                           : PetscPrintf(comm, "\n"));
+    } else {
+      UDAR_CALL(PetscPrintf(comm, "    section modulus not known: no bending stress (-beam_outer_fibre)\n"));
+    }
   }
   for (const LineSupport& support : beam.parameters().line_supports) {
     UDAR_CALL(PetscPrintf(comm, "  line support: %g m, %g N/m\n", support.position, support.stiffness));

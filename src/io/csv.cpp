@@ -123,13 +123,16 @@ std::string contact_rows(std::span<const ContactRow> rows, std::span<const doubl
   return text;
 }
 
-std::string envelope_header() { return "node,x,moment_min,moment_max,shear_min,shear_max\n"; }
+std::string envelope_header() {
+  return "node,x,moment_min,moment_max,shear_min,shear_max,stress_max,utilisation_max\n";
+}
 
 std::string envelope_rows(std::span<const EnvelopeRow> rows) {
   std::string text;
   for (const EnvelopeRow& row : rows) {
     append_number(text, static_cast<std::int64_t>(row.node));
-    for (const double value : {row.x, row.moment_min, row.moment_max, row.shear_min, row.shear_max}) {
+    for (const double value :
+         {row.x, row.moment_min, row.moment_max, row.shear_min, row.shear_max, row.stress_max, row.utilisation_max}) {
       append_field(text, value);
     }
     text += '\n';

@@ -249,7 +249,8 @@ void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<con
 }
 
 void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
-                               std::span<const double> shear_min, std::span<const double> shear_max) {
+                               std::span<const double> shear_min, std::span<const double> shear_max,
+                               std::span<const double> stress_max, std::span<const double> utilisation_max) {
   const NodeRange elements{.begin = std::min(nodes_.begin, nodes_.total - 1),
                            .end = std::min(nodes_.end, nodes_.total - 1),
                            .total = nodes_.total - 1};
@@ -262,6 +263,8 @@ void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<con
   add("/envelope/moment_max", nodes_, moment_max, "N m");
   add("/envelope/shear_min", elements, shear_min, "N");
   add("/envelope/shear_max", elements, shear_max, "N");
+  add("/envelope/stress_max", nodes_, stress_max, "Pa");
+  add("/envelope/utilisation_max", nodes_, utilisation_max, "-");
   file_->flush();
 }
 

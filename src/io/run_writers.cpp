@@ -339,40 +339,54 @@ class ContactWriter final : public Observer {
 /// envelope.csv and /envelope: the extremes of all snapshots, kept by the rank that has the node.
 class EnvelopeWriter final : public Observer {
  public:
-  EnvelopeWriter(const RunLayout& layout, std::string path, std::shared_ptr<ResultsFile> results, double interval)
+  EnvelopeWriter(const RunLayout& layout, std::string path, std::shared_ptr<ResultsFile> results, double interval,
+                 BendingPeaks* bending)
       : comm_{layout.comm},
         nodes_{layout.nodes},
         x_{layout.x},
+        stress_per_moment_{layout.stress_per_moment},
+        utilisation_per_moment_{layout.utilisation_per_moment},
         path_{std::move(path)},
         results_{std::move(results)},
-        interval_{interval} {
+        interval_{interval},
+        bending_{bending} {
     constexpr double kNone = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < kNames.size(); ++i) {
       extremes_[i].assign(x_.size(), i % 2 == 0 ? kNone : -kNone);
+      times_[i].assign(x_.size(), 0.0);
     }
+    stress_per_moment_.resize(x_.size(), kUnknown);
+    utilisation_per_moment_.resize(x_.size(), kUnknown);
   }
 
   [[nodiscard]] double interval() const override { return interval_; }
 
   void snapshot(const Snapshot& state) override {
-    widen(state.moment, extremes_[0], extremes_[1]);
-    widen(state.shear, extremes_[2], extremes_[3]);
+    widen(state.time, state.moment, 0);
+    widen(state.time, state.shear, 2);
   }
 
   void save(MotionState& state) const override {
     for (std::size_t i = 0; i < kNames.size(); ++i) {
       state.fields[kNames[i]] = extremes_[i];
+      state.fields[std::string{kNames[i]} + "_time"] = times_[i];
     }
   }
   void restore(const MotionState& state) override {
     for (std::size_t i = 0; i < kNames.size(); ++i) {
       extremes_[i] = state.field(kNames[i], x_.size());
+      times_[i] = state.field(std::string{kNames[i]} + "_time", x_.size());
     }
   }
 
   void finish() override {
     const auto& [moment_min, moment_max, shear_min, shear_max] = extremes_;
-    results_->add_envelope(moment_min, moment_max, shear_min, shear_max);
+    const std::vector<double> stress = times_largest_moment(stress_per_moment_);
+    const std::vector<double> utilisation = times_largest_moment(utilisation_per_moment_);
+    if (bending_ != nullptr) {
+      *bending_ = {.stress = largest(stress), .utilisation = largest(utilisation)};
+    }
+    results_->add_envelope(moment_min, moment_max, shear_min, shear_max, stress, utilisation);
     if (nodes_.total > kTextNodesMax) {
       return;
     }
@@ -381,13 +395,14 @@ class EnvelopeWriter final : public Observer {
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const PetscInt node = nodes_.begin + static_cast<PetscInt>(i);
       const bool element = node + 1 < nodes_.total;
-      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
       rows.push_back({.node = node,
                       .x = x_[i],
                       .moment_min = moment_min[i],
                       .moment_max = moment_max[i],
-                      .shear_min = element ? shear_min[i] : kNone,
-                      .shear_max = element ? shear_max[i] : kNone});
+                      .shear_min = element ? shear_min[i] : kUnknown,
+                      .shear_max = element ? shear_max[i] : kUnknown,
+                      .stress_max = stress[i],
+                      .utilisation_max = utilisation[i]});
     }
     TextFile file{comm_, path_};
     file.append(envelope_header() + envelope_rows(gathered(comm_, rows)));
@@ -397,21 +412,65 @@ class EnvelopeWriter final : public Observer {
  private:
   static constexpr PetscInt kTextNodesMax = 100'000;
   static constexpr std::array kNames{"moment_min", "moment_max", "shear_min", "shear_max"};
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-  static void widen(std::span<const double> values, std::vector<double>& least, std::vector<double>& most) {
+  /// The extremes number `least` and the one after it, and when they were first reached.
+  void widen(double time, std::span<const double> values, std::size_t least) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-      least[i] = std::min(least[i], values[i]);
-      most[i] = std::max(most[i], values[i]);
+      if (values[i] < extremes_[least][i]) {
+        extremes_[least][i] = values[i];
+        times_[least][i] = time;
+      }
+      if (values[i] > extremes_[least + 1][i]) {
+        extremes_[least + 1][i] = values[i];
+        times_[least + 1][i] = time;
+      }
     }
+  }
+
+  /// Which of a node's moments is the larger: index into `extremes_`.
+  [[nodiscard]] std::size_t larger(std::size_t i) const {
+    return std::abs(extremes_[0][i]) > std::abs(extremes_[1][i]) ? 0 : 1;
+  }
+
+  [[nodiscard]] std::vector<double> times_largest_moment(std::span<const double> factor) const {
+    std::vector<double> values(x_.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = factor[i] * std::abs(extremes_[larger(i)][i]);
+    }
+    return values;
+  }
+
+  /// The largest of all ranks' values that are known. @note Collective.
+  [[nodiscard]] std::optional<Peak> largest(std::span<const double> values) const {
+    struct {
+      double value = -1.0;
+      int rank = 0;
+    } most;
+    MPI_Comm_rank(comm_, &most.rank);
+    Peak peak;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (values[i] > most.value) {  // false where it is not known
+        most.value = values[i];
+        peak = {.value = values[i], .x = x_[i], .time = times_[larger(i)][i]};
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_);
+    MPI_Bcast(&peak, 3, MPI_DOUBLE, most.rank, comm_);
+    return most.value >= 0.0 ? std::optional{peak} : std::nullopt;
   }
 
   MPI_Comm comm_;
   NodeRange nodes_;
   std::vector<double> x_;
+  std::vector<double> stress_per_moment_;
+  std::vector<double> utilisation_per_moment_;
   std::string path_;
   std::shared_ptr<ResultsFile> results_;
   double interval_;
+  BendingPeaks* bending_;
   std::array<std::vector<double>, kNames.size()> extremes_;  ///< per node, or per element right of it
+  std::array<std::vector<double>, kNames.size()> times_;     ///< when they were first reached [s]
 };
 
 /// /fields and results.xdmf; the last of the observers, which closes results.h5.
@@ -443,7 +502,8 @@ class FieldWriter final : public Observer {
 }  // namespace
 
 std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout, const std::string& directory,
-                                                        double interval, double field_interval, SupportForces* forces) {
+                                                        double interval, double field_interval, SupportForces* forces,
+                                                        BendingPeaks* bending) {
   const std::string folder = directory + "/";
   auto results = std::make_shared<ResultsFile>(layout, folder + "results.h5");
   std::vector<std::unique_ptr<Observer>> writers;
@@ -453,7 +513,7 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   if (forces != nullptr && forces->supports() > 0) {
     writers.push_back(std::make_unique<ContactWriter>(layout, folder + "contact.csv", results, interval, *forces));
   }
-  writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval));
+  writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval, bending));
   writers.push_back(std::make_unique<FieldWriter>(layout, folder + "results.xdmf", results, field_interval));
   return writers;
 }

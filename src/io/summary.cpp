@@ -14,6 +14,13 @@ nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
+/// NAME, NAME_x and NAME_time; null where there is none.
+void add_peak(nlohmann::ordered_json& json, const std::string& name, const std::optional<Peak>& peak) {
+  json[name] = peak ? nlohmann::ordered_json(peak->value) : nullptr;
+  json[name + "_x"] = peak ? nlohmann::ordered_json(peak->x) : nullptr;
+  json[name + "_time"] = peak ? nlohmann::ordered_json(peak->time) : nullptr;
+}
+
 std::string as_json(const Summary& summary) {
   nlohmann::ordered_json json;
   json["completed"] = summary.completed;
@@ -43,6 +50,8 @@ std::string as_json(const Summary& summary) {
   json["support_impulse"] = summary.support_impulse;
   json["force_window"] = number_or_null(summary.force_window);
   json["peak_support_force"] = summary.peak_support_force;
+  add_peak(json, "max_bending_stress", summary.bending.stress);
+  add_peak(json, "max_utilisation", summary.bending.utilisation);
   json["energy_drift"] = summary.energy_drift;
   json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;

@@ -88,6 +88,24 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   end_ = begin_ + share + (rank < rest ? 1 : 0);
 }
 
+MomentStress BeamChain::moment_stress(PetscInt node) const {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  MomentStress most{.stress = kNone, .utilisation = kNone};
+  for (const PetscInt element : {node - 1, node}) {
+    if (element < 0 || element >= elements()) {
+      continue;
+    }
+    const BeamSegment& segment = parameters_.segments[segment_of_element(element)];
+    if (segment.section_modulus > 0.0) {  // fmax leaves out what is not a number
+      most.stress = std::fmax(most.stress, 1.0 / segment.section_modulus);
+      if (segment.yield_stress > 0.0) {
+        most.utilisation = std::fmax(most.utilisation, 1.0 / (segment.section_modulus * segment.yield_stress));
+      }
+    }
+  }
+  return most;
+}
+
 std::size_t BeamChain::segment_of_element(PetscInt element) const {
   if (parameters_.segments.size() == 1) {
     return 0;

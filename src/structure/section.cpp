@@ -8,7 +8,8 @@ Section circle_section(double radius, double poisson_ratio) {
   const double area = std::numbers::pi * radius * radius;
   return {.area = area,
           .inertia = area * radius * radius / 4.0,
-          .shear_coefficient = 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio)};
+          .shear_coefficient = 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio),
+          .outer_fibre = radius};
 }
 
 Section tube_section(double outer_radius, double inner_radius, double poisson_ratio) {
@@ -19,13 +20,15 @@ Section tube_section(double outer_radius, double inner_radius, double poisson_ra
   return {.area = std::numbers::pi * (outer - inner),
           .inertia = std::numbers::pi * (outer * outer - inner * inner) / 4.0,
           .shear_coefficient = 6.0 * (1.0 + poisson_ratio) * sum /
-                               ((7.0 + 6.0 * poisson_ratio) * sum + (20.0 + 12.0 * poisson_ratio) * ratio)};
+                               ((7.0 + 6.0 * poisson_ratio) * sum + (20.0 + 12.0 * poisson_ratio) * ratio),
+          .outer_fibre = outer_radius};
 }
 
 Section rectangle_section(double width, double height, double poisson_ratio) {
   return {.area = width * height,
           .inertia = width * height * height * height / 12.0,
-          .shear_coefficient = 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)};
+          .shear_coefficient = 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio),
+          .outer_fibre = height / 2.0};
 }
 
 }  // namespace udar

@@ -29,6 +29,10 @@ REFUSED = {
     "two_radii_one_beam": ({"beam_radius": "0.1,0.2"}, ["-beam_radius", "2", "-beam_length"]),
     "length_without_value": ({"beam_length": True}, ["-beam_length", "> 0", "[m]"]),
     "part_of_another_section": ({"beam_inner_radius": 0.05}, ["-beam_inner_radius", "-beam_section"]),
+    "yield_without_fibre": (
+        {"beam_bending_stiffness": 1e6, "beam_yield_stress": 2e8},
+        ["-beam_yield_stress", "-beam_outer_fibre", "[m]"],
+    ),
     "nan_radius": ({"beam_radius": "nan"}, ["-beam_radius", "nan", "> 0", "[m]"]),
     "infinite_young_modulus": ({"beam_young_modulus": "inf"}, ["-beam_young_modulus", "inf", "[Pa]"]),
     "zero_elements": ({"beam_elements": 0}, ["-beam_elements", "0"]),

@@ -309,7 +309,7 @@ class Forces(UdarTest):
         sag = np.concatenate([[0], np.linalg.solve(rises, slopes), [0]])
         shape = self.scratch / "shape.csv"
         shape.write_text("x,offset\n" + "".join(f"{a:.17g},{b:.17g}\n" for a, b in zip(x, sag)))
-        pinned = {"beam_left_end": "pinned", "beam_right_end": "pinned", "support_position": None}
+        pinned = {"beam_left_end": "pinned", "beam_right_end": "pinned", "support_position": None, "beam_yield_stress": 30e6}
         start = {"initial_height": 0, "initial_shape": shape, "ts_max_time": 0.2, "gauge_position": "5"}
         for ranks in (0, 2, 3):
             with self.subTest(ranks=ranks):
@@ -327,6 +327,45 @@ class Forces(UdarTest):
                     np.testing.assert_array_equal(file["envelope/shear_min"][()], envelope["shear_min"][:-1])
                     self.assertEqual(as_text(file["envelope/shear_min"].attrs["units"]), "N")
                 self.assertFalse(run.file("contact.csv").exists(), "there are no supports")
+                # W = pi r^3 / 4; it stands still, so that the largest moment is that of the first row.
+                stress, found = w * length**2 / 8 / (np.pi * 0.1**3 / 4), run.summary()
+                self.assertAlmostEqual(found["max_bending_stress"] / stress, 1, delta=1e-8)
+                self.assertAlmostEqual(found["max_utilisation"], found["max_bending_stress"] / 30e6, delta=1e-12)
+                self.assertEqual((found["max_bending_stress_x"], found["max_utilisation_x"]), (5, 5))
+                expected = moment / (np.pi * 0.1**3 / 4)
+                np.testing.assert_allclose(envelope["stress_max"], expected, rtol=0, atol=1e-8 * stress)
+                np.testing.assert_allclose(envelope["utilisation_max"], envelope["stress_max"] / 30e6, rtol=1e-15)
+                self.assertIn("the bending stress reaches 1.28 times the yield stress, at x = 5 m", run.err)
+
+    def test_bending_stress_by_section(self):
+        """c / I of each section and at a joint, the larger side; null where the outermost fibre is not known."""
+        two = {"beam_length": "5,5", "beam_elements": "10,10", "ts_max_time": 0.5, "filter_frequency": 1000}
+        tube = np.pi / 4 * (0.1**4 - 0.08**4) / 0.1
+        bar = 0.1 * 0.2**2 / 6
+        direct = {"beam_section": "direct", "beam_area": 0.02, "beam_inertia": 1e-5, "beam_radius": None}
+        for name, options, left, right in (
+            ("mixed", {"beam_section": "tube,rectangle", "beam_radius": 0.1, "beam_inner_radius": 0.08,
+                       "beam_width": 0.1, "beam_height": 0.2}, tube, bar),
+            ("given", {**direct, "beam_outer_fibre": 0.1}, 1e-4, 1e-4),
+            ("stiffness", {"beam_bending_stiffness": "2.1e6,4.2e6", "beam_outer_fibre": "0.05,0.2"}, 2e-4, 1e-4),
+            ("unknown", direct, np.nan, np.nan),
+            ("replaced", {"beam_bending_stiffness": 2.1e6}, np.nan, np.nan),
+        ):
+            with self.subTest(name):
+                run = self.run_case(case(**{**two, **options}), name=name)
+                envelope, found = run.csv("envelope.csv"), run.summary()
+                modulus = np.r_[np.full(10, left), min(left, right), np.full(10, right)]
+                most = np.maximum(-envelope["moment_min"], envelope["moment_max"])
+                np.testing.assert_allclose(envelope["stress_max"], most / modulus, rtol=1e-12)
+                self.assertTrue(np.isnan(envelope["utilisation_max"]).all())
+                self.assertIsNone(found["max_utilisation"])
+                if np.isnan(left):
+                    self.assertIsNone(found["max_bending_stress"])
+                    continue
+                worst = int(np.argmax(envelope["stress_max"]))
+                self.assertEqual(found["max_bending_stress"], envelope["stress_max"][worst])
+                self.assertEqual(found["max_bending_stress_x"], envelope["x"][worst])
+                self.assertGreater(found["max_bending_stress_time"], np.sqrt(2 / GRAVITY), "after the fall")
 
     def test_floor_carries_the_weight_and_the_window_is_stated(self):
         """Flat on the floor with e = 0: the blow in one window, then the weight."""

@@ -618,7 +618,9 @@ TEST(RunWriters, WriteOnlySumsOfManySupportsAsText) {
 
 TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
   const TemporaryFolder folder;
-  const RunLayout layout = layout_of(10);
+  RunLayout layout = layout_of(10);
+  layout.stress_per_moment.assign(layout.x.size(), 2.0);
+  BendingPeaks peaks{.stress = std::nullopt, .utilisation = Peak{}};
   MotionState kept;
   {
     const Writers before = make_run_writers(layout, folder.path(), kInterval, 0.0);
@@ -628,7 +630,7 @@ TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
     }
     finish(before);
   }
-  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0, nullptr, &peaks);
   for (const auto& writer : writers) {
     writer->restore(kept);
   }
@@ -636,12 +638,16 @@ TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
     write_row(writers, layout.nodes, row);
   }
   finish(writers);
+  EXPECT_EQ(peaks.stress.value().value, 86.140625) << "of the last node, equal on every rank";
+  EXPECT_EQ(peaks.stress.value().x, 4.5);
+  EXPECT_EQ(peaks.stress.value().time, 4 * kInterval) << "in the run before";
+  EXPECT_FALSE(peaks.utilisation.has_value()) << "nothing is known of the yield stress";
   if (world_rank() == 0) {
     const std::vector<std::string> lines = read_lines(folder / "envelope.csv");
     ASSERT_EQ(lines.size(), 11U);
-    EXPECT_EQ(lines[0], "node,x,moment_min,moment_max,shear_min,shear_max");
-    EXPECT_EQ(lines[3], "2,1,23.015625,43.015625,22.015625,42.015625");
-    EXPECT_EQ(lines[10], "9,4.5,23.0703125,43.0703125,nan,nan");
+    EXPECT_EQ(lines[0], "node,x,moment_min,moment_max,shear_min,shear_max,stress_max,utilisation_max");
+    EXPECT_EQ(lines[3], "2,1,23.015625,43.015625,22.015625,42.015625,86.03125,nan");
+    EXPECT_EQ(lines[10], "9,4.5,23.0703125,43.0703125,nan,nan,86.140625,nan");
     const SerialFile file{folder / "results.h5"};
     EXPECT_EQ(file.shape("/envelope/shear_min"), std::vector<hsize_t>{9});
     const std::vector<double> most = file.doubles("/envelope/moment_max");

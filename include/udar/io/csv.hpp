@@ -52,6 +52,8 @@ struct EnvelopeRow {
   double moment_max = 0.0;
   double shear_min = 0.0;  ///< [N]; not a number at the last node
   double shear_max = 0.0;
+  double stress_max = 0.0;       ///< [Pa]; not a number where it is not known, as the next
+  double utilisation_max = 0.0;  ///< of the yield stress [-]
 };
 [[nodiscard]] std::string envelope_header();
 [[nodiscard]] std::string envelope_rows(std::span<const EnvelopeRow> rows);

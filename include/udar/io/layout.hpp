@@ -33,18 +33,20 @@ struct RunLayout {
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };
 
-  MPI_Comm comm = MPI_COMM_NULL;       ///< borrowed; must outlive the writers
-  PetscInt elements = 0;               ///< over all ranks
-  NodeRange nodes;                     ///< of this rank
-  std::vector<double> x;               ///< of this rank's nodes, along the beam [m]
-  std::span<const double> mass;        ///< of the same [kg]; borrowed while files are opened
-  std::vector<PetscInt> gauge_node;    ///< global node of each gauge
-  std::vector<double> gauge_position;  ///< what was asked for [m]
-  std::vector<Support> supports;       ///< the floor, if any, is the last
-  std::vector<double> ground_x;        ///< of the ground's profile [m]; empty: none
-  std::vector<double> ground_height;   ///< as many [m]
-  double filter_frequency = 0.0;       ///< [rad/s]
-  std::string options_text;            ///< one `-key value` per line
+  MPI_Comm comm = MPI_COMM_NULL;               ///< borrowed; must outlive the writers
+  PetscInt elements = 0;                       ///< over all ranks
+  NodeRange nodes;                             ///< of this rank
+  std::vector<double> x;                       ///< of this rank's nodes, along the beam [m]
+  std::vector<double> stress_per_moment;       ///< 1/W at each of them [Pa/(N m)]; not a number: not known
+  std::vector<double> utilisation_per_moment;  ///< of the yield stress [1/(N m)]; not a number: not known
+  std::span<const double> mass;                ///< of the same [kg]; borrowed while files are opened
+  std::vector<PetscInt> gauge_node;            ///< global node of each gauge
+  std::vector<double> gauge_position;          ///< what was asked for [m]
+  std::vector<Support> supports;               ///< the floor, if any, is the last
+  std::vector<double> ground_x;                ///< of the ground's profile [m]; empty: none
+  std::vector<double> ground_height;           ///< as many [m]
+  double filter_frequency = 0.0;               ///< [rad/s]
+  std::string options_text;                    ///< one `-key value` per line
 };
 
 }  // namespace udar::io

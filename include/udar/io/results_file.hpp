@@ -45,8 +45,10 @@ class ResultsFile {
   void append_contact(std::span<const ContactRow> rows, std::span<const double> force, std::span<const double> impulse,
                       std::span<const double> lift);
   /// @brief Extremes of moment [N m] and shear [N] at this rank's nodes and in the elements to the right of them.
+  /// Largest bending stress [Pa] and utilisation [-] at the nodes; not a number where that is not known.
   void add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
-                    std::span<const double> shear_min, std::span<const double> shear_max);
+                    std::span<const double> shear_min, std::span<const double> shear_max,
+                    std::span<const double> stress_max, std::span<const double> utilisation_max);
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
   void close();
 

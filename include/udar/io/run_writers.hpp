@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "udar/dynamics/observer.hpp"
+#include "udar/io/bending_peaks.hpp"
 #include "udar/io/layout.hpp"
 #include "udar/io/support_forces.hpp"
 
@@ -24,6 +25,7 @@ namespace udar::io {
 /// @param[in] field_interval `-output_field_interval`, between rows of the fields [s]; 0 for no fields and no
 ///                           results.xdmf
 /// @param[in,out] forces     of the supports, made of the snapshots; must outlive the observers. Null: no contact.csv
+/// @param[out] bending       what the envelope comes to, known after `finish`; must outlive the observers, may be null
 /// @return the observers; call them in this order
 /// @note Collective, as all calls of the observers. The spans of a snapshot must have one value per node of the rank.
 /// @throws FileError on all ranks
@@ -31,6 +33,7 @@ namespace udar::io {
 [[nodiscard]] std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
                                                                       const std::string& directory, double interval,
                                                                       double field_interval,
-                                                                      SupportForces* forces = nullptr);
+                                                                      SupportForces* forces = nullptr,
+                                                                      BendingPeaks* bending = nullptr);
 
 }  // namespace udar::io

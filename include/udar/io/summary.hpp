@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "udar/io/bending_peaks.hpp"
+
 namespace udar::io {
 
 /// @brief What one rank tells others in one stage of the run.
@@ -48,6 +50,7 @@ struct Summary {
   std::vector<double> support_impulse;         ///< of each support on the masses, y up [N s]
   std::optional<double> force_window;          ///< what forces of supports are averaged over [s]; empty without any
   std::vector<double> peak_support_force;      ///< the one of largest size in the rows of contact.csv, y up [N]
+  BendingPeaks bending;                        ///< largest bending stress and utilisation
   double energy_drift = 0.0;                   ///< at the end, relative
   std::vector<std::string> warnings;           ///< what `petsc::warn` told the user, in order
   std::vector<double> gauge_position;          ///< asked for [m]

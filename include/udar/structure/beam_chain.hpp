@@ -23,6 +23,8 @@ struct BeamSegment {
   double mass_per_length = 0.0;                                      ///< rhoA [kg/m], > 0; 0: a gap
   double shear_stiffness = std::numeric_limits<double>::infinity();  ///< kGA [N]; infinite: Euler-Bernoulli
   double foundation_stiffness = 0.0;  ///< per length, both ways, unstressed on the reference axis [N/m^2], >= 0
+  double section_modulus = 0.0;       ///< W = I/c: bending stress is |M| / W [m^3], >= 0; 0: not known
+  double yield_stress = 0.0;          ///< [Pa], >= 0; 0: not known
 
   [[nodiscard]] bool is_gap() const noexcept { return bending_stiffness == 0.0 && mass_per_length == 0.0; }
 };
@@ -68,6 +70,12 @@ struct BeamParameters {
   std::vector<MassPatch> mass_patches;
 };
 
+/// @brief What a bending moment comes to in the outermost fibre; not a number where that is not known.
+struct MomentStress {
+  double stress = 0.0;       ///< 1/W [Pa/(N m)]
+  double utilisation = 0.0;  ///< of the yield stress [1/(N m)]
+};
+
 /// @brief One element of the massless line.
 struct BeamElement {
   double length = 0.0;               ///< h [m]
@@ -104,13 +112,14 @@ class BeamChain {
     PetscInt last;
   };
   /// Properties by global number, available on every rank.
-  [[nodiscard]] BeamElement element(PetscInt element) const;   ///< infinitely compliant where there is none
-  [[nodiscard]] double position(PetscInt node) const;          ///< x [m]
-  [[nodiscard]] double mass(PetscInt node) const;              ///< lumped mass, point masses included [kg]
-  [[nodiscard]] double mass_of(NodeRange nodes) const;         ///< of a row of nodes together [kg]
-  [[nodiscard]] double ground_stiffness(PetscInt node) const;  ///< foundation and springs [N/m], rigid ones excluded
-  [[nodiscard]] bool held(PetscInt node) const;                ///< the line cannot move here
-  [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
+  [[nodiscard]] BeamElement element(PetscInt element) const;      ///< infinitely compliant where there is none
+  [[nodiscard]] double position(PetscInt node) const;             ///< x [m]
+  [[nodiscard]] double mass(PetscInt node) const;                 ///< lumped mass, point masses included [kg]
+  [[nodiscard]] double mass_of(NodeRange nodes) const;            ///< of a row of nodes together [kg]
+  [[nodiscard]] double ground_stiffness(PetscInt node) const;     ///< foundation and springs [N/m], rigid ones excluded
+  [[nodiscard]] bool held(PetscInt node) const;                   ///< the line cannot move here
+  [[nodiscard]] MomentStress moment_stress(PetscInt node) const;  ///< the larger of the sides on which it is known
+  [[nodiscard]] PetscInt nearest_node(double position) const;     ///< the left one of two equally near
   /// All nodes in [from, to], edges included to 1e-9 of an element; those that carry its mass if that is a mass patch.
   /// Empty if first > last.
   [[nodiscard]] NodeRange nodes_within(double from, double to) const;

@@ -9,6 +9,7 @@ struct Section {
   double area = 0.0;               ///< A [m^2]
   double inertia = 0.0;            ///< second moment of area I [m^4]
   double shear_coefficient = 0.0;  ///< Timoshenko's k [-]; shear stiffness is k G A
+  double outer_fibre = 0.0;        ///< c, largest distance from the neutral axis [m]; 0: not known
 };
 
 /// Solid circle of the given radius [m].
