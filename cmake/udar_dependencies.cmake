@@ -1,4 +1,4 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, nlohmann_json. All headers are SYSTEM.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json. All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
 find_package(MPI REQUIRED COMPONENTS C)
@@ -13,6 +13,7 @@ endforeach()
 
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(LAPACK REQUIRED)
+find_package(ZLIB REQUIRED)
 
 find_path(UDAR_METIS_INCLUDE_DIR metis.h)
 find_library(UDAR_METIS_LIBRARY metis)

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/file_checksum.hpp"
 #include "io/text_file.hpp"
 #include "udar/io/hdf5_file.hpp"
 #include "udar/petsc/error.hpp"
@@ -18,7 +19,7 @@ namespace udar::io {
 namespace {
 
 constexpr const char* kFormat = "udar checkpoint";
-constexpr std::int64_t kFormatVersion = 1;
+constexpr std::int64_t kFormatVersion = 2;
 
 /// Sum over all nodes, modulo 2^64, of the bits of each value times an odd number of its node: the same on any number
 /// of ranks, and different if a value, or the place of one, is.
@@ -60,6 +61,7 @@ int replace(const std::string& finished, const std::string& path) {
 void write_content(Hdf5File& file, MPI_Comm comm, const NodeRange& nodes, const Checkpoint& checkpoint) {
   file.add_attribute("/", "format", std::string{kFormat});
   file.add_attribute("/", "format_version", kFormatVersion);
+  file.add_attribute("/", "units", std::string{"SI: m, kg, s, N, J"});
   file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
   file.add_attribute("/", "case_fingerprint", checkpoint.case_fingerprint);
   file.add_group("/scalars");
@@ -89,6 +91,8 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
   try {
     Hdf5File file{comm, unfinished, Hdf5File::Access::create};
     write_content(file, comm, nodes, checkpoint);
+    const std::string failure = append_checksum(comm, unfinished);
+    throw_together<FileError>(comm, failure.empty() ? "" : cannot_write(unfinished, failure));
   } catch (const FileError&) {
     if (rank == 0) {
       unlink(unfinished.c_str());
@@ -100,6 +104,9 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
 }
 
 Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path) {
+  const std::string failure = checksum_failure(comm, path);
+  throw_together<FileError>(comm,
+                            failure.empty() ? "" : "option -restart_file: cannot read '" + path + "': " + failure);
   Hdf5File file{comm, path, Hdf5File::Access::read, "-restart_file"};
   file.agree(file.has("/", "format") && file.read_text("/", "format") == kFormat, "not a checkpoint of udar");
   const std::int64_t version = file.read_int("/", "format_version");

@@ -24,7 +24,12 @@ void append_shortest(std::string& text, Number value) {
   text.append(digits.data(), end);
 }
 
-/// Writes all of `text` at `offset`; returns errno, 0 if all went well.
+}  // namespace
+
+std::string cannot_write(const std::string& path, const std::string& reason) {
+  return "option -output_directory: cannot write '" + path + "': " + reason;
+}
+
 int write_fully(int descriptor, std::string_view text, std::int64_t offset) {
   while (!text.empty()) {
     const ssize_t written = pwrite(descriptor, text.data(), text.size(), offset);
@@ -38,12 +43,6 @@ int write_fully(int descriptor, std::string_view text, std::int64_t offset) {
     offset += written;
   }
   return 0;
-}
-
-}  // namespace
-
-std::string cannot_write(const std::string& path, const std::string& reason) {
-  return "option -output_directory: cannot write '" + path + "': " + reason;
 }
 
 void append_number(std::string& text, double value) { append_shortest(text, value); }

@@ -13,6 +13,9 @@ namespace udar::io {
 /// The one line the user reads when an output file cannot be written.
 std::string cannot_write(const std::string& path, const std::string& reason);
 
+/// Writes all of `text` at `offset`; returns errno, 0 if all went well.
+int write_fully(int descriptor, std::string_view text, std::int64_t offset);
+
 /// @brief Appends `value` in the fewest digits that read back to the same double.
 void append_number(std::string& text, double value);
 void append_number(std::string& text, std::int64_t value);

@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -99,6 +100,9 @@ std::string restart_error(const std::string& path, const std::string& reason) {
   return "option -restart_file: cannot read '" + path + "': " + reason;
 }
 
+constexpr const char* kNoChecksum = "not a checkpoint of this version of udar, or cut short: no checksum at its end";
+constexpr const char* kWrongChecksum = "damaged: its bytes do not have its checksum";
+
 TEST(Checkpoint, ComesBackBitByBit) {
   const TemporaryFolder folder;
   for (const PetscInt total : {2, 1000}) {  // with 2, the third rank has none
@@ -177,8 +181,10 @@ TEST(Checkpoint, IsNotAnyFile) {
     H5Fclose(H5Fcreate((folder / "other.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  EXPECT_EQ(refusal(folder / "notes.txt", 10), restart_error(folder / "notes.txt", "not an HDF5 file"));
-  EXPECT_EQ(refusal(folder / "other.h5", 10), restart_error(folder / "other.h5", "not a checkpoint of udar"));
+  for (const char* name : {"notes.txt", "other.h5"}) {
+    EXPECT_EQ(refusal(folder / name, 10), restart_error(folder / name, kNoChecksum));
+  }
+  EXPECT_EQ(refusal(folder.path(), 10), restart_error(folder.path(), "Is a directory"));
 }
 
 TEST(Checkpoint, OfAnotherBeamIsRefused) {
@@ -197,11 +203,50 @@ TEST(Checkpoint, ThatIsCutShortIsRefused) {
     fs::resize_file(folder / "restart.h5", size - 1000);
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  const std::string message = refusal(folder / "restart.h5", 1000);
-  EXPECT_TRUE(message.starts_with(restart_error(folder / "restart.h5", "HDF5: truncated file"))) << message;
+  EXPECT_EQ(refusal(folder / "restart.h5", 1000), restart_error(folder / "restart.h5", kNoChecksum));
 }
 
-TEST(Checkpoint, WithAChangedValueIsRefused) {
+// Each of these would reach HDF5, which hangs, crashes or gives other numbers for some of them.
+TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "restart.h5";
+  write_checkpoint(PETSC_COMM_WORLD, share(20), path, checkpoint_of(share(20)));
+  const auto size = fs::file_size(path);
+  ASSERT_GT(size, 4096U);
+  const auto edit = [&](std::uintmax_t offset, auto change) {
+    if (world_rank() == 0) {
+      std::fstream file{path, std::ios::in | std::ios::out | std::ios::binary};
+      file.seekg(static_cast<std::streamoff>(offset));
+      const auto byte = static_cast<char>(change(file.get()));
+      file.seekp(static_cast<std::streamoff>(offset));
+      file.put(byte);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+  };
+  std::mt19937_64 random{20230721};  // the same on every rank
+  for (int i = 0; i < 400; ++i) {
+    // Half of them where HDF5 keeps what it needs to find the rest, or in the checksum itself.
+    const std::uintmax_t offset = i % 4 == 0   ? random() % 2048
+                                  : i % 4 == 1 ? size - 1 - random() % 64
+                                               : random() % size;
+    const int bit = 1 << (random() % 8);
+    edit(offset, [bit](int byte) { return byte ^ bit; });
+    const std::string message = refusal(path, 20);
+    EXPECT_TRUE(message == restart_error(path, kNoChecksum) || message == restart_error(path, kWrongChecksum))
+        << "byte " << offset << " of " << size << ", bit " << bit << ": " << message;
+    edit(offset, [bit](int byte) { return byte ^ bit; });
+  }
+  expect_same(read_checkpoint(PETSC_COMM_WORLD, share(20), path), checkpoint_of(share(20)));
+  for (const std::uintmax_t left : {size - 1, size - 64, size - 65, size / 2, std::uintmax_t{63}, std::uintmax_t{0}}) {
+    if (world_rank() == 0) {
+      fs::resize_file(path, left);
+    }
+    MPI_Barrier(PETSC_COMM_WORLD);
+    EXPECT_EQ(refusal(path, 20), restart_error(path, kNoChecksum)) << left << " bytes";
+  }
+}
+
+TEST(Checkpoint, ChangedByAnotherProgramIsRefused) {
   const TemporaryFolder folder;
   write_checkpoint(PETSC_COMM_WORLD, share(1000), folder / "restart.h5", checkpoint_of(share(1000)));
   if (world_rank() == 0) {
@@ -215,7 +260,7 @@ TEST(Checkpoint, WithAChangedValueIsRefused) {
     H5Fclose(file);
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  EXPECT_EQ(refusal(folder / "restart.h5", 1000), restart_error(folder / "restart.h5", "resting is damaged"));
+  EXPECT_NE(refusal(folder / "restart.h5", 1000), "");
 }
 
 }  // namespace
