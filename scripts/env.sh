@@ -7,5 +7,3 @@ export OMPI_MCA_hwloc_base_binding_policy=none
 export OMPI_MCA_mpi_yield_when_idle=1
 export OMP_NUM_THREADS=1
 export OPENBLAS_NUM_THREADS=1
-# Ctrl-C: mpirun gives the ranks so many seconds to finish their files (its default is 1) before it kills them.
-export OMPI_MCA_odls_base_sigkill_timeout=5

@@ -5,18 +5,20 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "app/run_costs.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/app/stop_signals.hpp"
 #include "udar/app/view.hpp"
 #include "udar/filter/modes.hpp"
 #include "udar/io/checkpoint.hpp"
@@ -34,13 +36,6 @@ namespace {
 
 // An energy balance that is off by more than this is worth a warning.
 constexpr double kWorthAWarning = 1e-3;
-
-volatile std::sig_atomic_t signal_received = 0;
-
-extern "C" void remember_signal(int number) {
-  signal_received = number;
-  std::signal(number, SIG_DFL);  // a second one ends the process at once
-}
 
 /// What tells a restart that it continues another case: everything that shapes the motion, as one readable line.
 std::string fingerprint(const Case& input, const BeamChain& beam) {
@@ -159,25 +154,33 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
   return lowest_modes(coarse_line, 1);
 }
 
-/// Writes restart.h5 at every multiple of the interval, at the end, and when somebody asks.
+/// Writes restart.h5 after the first step beyond each multiple of the interval, at the end, and when somebody asks.
 class CheckpointWriter final : public Observer {
  public:
-  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam)
+  /// @param others what is flushed before, so that no row is missing between this run and the one that goes on
+  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam,
+                   std::span<const std::unique_ptr<Observer>> others)
       : dynamics_{&dynamics},
         beam_{&beam},
         path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
         interval_{input.restart.interval},
-        next_{interval_},
-        fingerprint_{fingerprint(input, beam)} {}
+        fingerprint_{fingerprint(input, beam)} {
+    for (const auto& other : others) {
+      others_.push_back(other.get());
+    }
+    set_next(0.0);
+  }
 
   void step(const Progress& progress) override {
     if (interval_ > 0.0 && progress.time >= next_) {
-      write();
-      while (next_ <= progress.time) {
-        next_ += interval_;
+      for (Observer* other : others_) {
+        other->flush();
       }
+      write();
+      set_next(progress.time);
     }
   }
+  void restore(const MotionState& state) override { set_next(state.scalar("time")); }
   void finish() override { write(); }
 
   void write() const {
@@ -193,12 +196,16 @@ class CheckpointWriter final : public Observer {
   }
 
  private:
+  /// The least multiple of the interval above `time`, or `time` itself if their distance is below its last digit.
+  void set_next(double time) { next_ = interval_ > 0.0 ? time + (interval_ - std::fmod(time, interval_)) : 0.0; }
+
   const ImpactDynamics* dynamics_;
   const BeamChain* beam_;
   std::string path_;
   double interval_;
-  double next_;
+  double next_ = 0.0;
   std::string fingerprint_;
+  std::vector<Observer*> others_;
 };
 
 MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
@@ -287,8 +294,7 @@ void warn_of_yielding(MPI_Comm comm, const io::BendingPeaks& bending) {
 RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const CostMark begin = cost_mark();
   static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
-  std::signal(SIGINT, remember_signal);
-  std::signal(SIGTERM, remember_signal);
+  const StopSignals signals;
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
   Case input = read_case(comm);
   const bool help = petsc::Session::help_requested();
@@ -333,7 +339,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   std::vector<std::unique_ptr<Observer>> observers =
       io::make_run_writers(make_layout(input, line), input.output.directory, input.output.interval,
                            input.output.field_interval, &forces, &bending);
-  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam);
+  const io::RunFiles files{comm, input.output.directory};
+  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam, observers);
   const CheckpointWriter& checkpoint = *writer;
   observers.push_back(std::move(writer));
   observers.push_back(std::make_unique<ProgressLine>(comm));
@@ -347,7 +354,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   if (listener) {
     dynamics.add_observer(listener(input, beam, line.mass()));
   }
-  dynamics.set_stop_request([] { return signal_received != 0; });
+  dynamics.set_stop_request([] { return StopSignals::received() != 0; });
 
   const CostMark stepping = cost_mark();
   const PetscInt solves_before = line.solves();
@@ -377,8 +384,9 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     throw;
   }
   summarise();
+  files.require_present();
 
-  int signal_number = signal_received;
+  int signal_number = StopSignals::received();
   MPI_Allreduce(MPI_IN_PLACE, &signal_number, 1, MPI_INT, MPI_MAX, comm);
   const RunCounts& counts = dynamics.counts();
   UDAR_CALL(PetscPrintf(

@@ -38,6 +38,9 @@ constexpr std::uint64_t kMetadataBytesPerCall = std::uint64_t{1} << 13;
 constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 /// HDF5 keeps attributes below 64 KiB.
 constexpr std::size_t kAttributeBytesMax = 60000;
+/// How long what was written may wait for the disk: flushing after each of the rows that a small run writes in
+/// milliseconds took most of its time, and who watches a run does not see less than a second.
+constexpr std::chrono::seconds kFlushInterval{1};
 /// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
 constexpr std::chrono::seconds kPatience{60};
 
@@ -261,10 +264,20 @@ void Hdf5File::set_transfer() {
 }
 
 void Hdf5File::reserve(std::uint64_t bytes) {
+  if (bytes > 0) {
+    claim(bytes);
+  }
+}
+
+void Hdf5File::claim(std::uint64_t bytes) {
   require_usable();
   const std::uint64_t wanted = pending_ + bytes + kMetadataBytesPerCall;
   // Behind the end of the file at the last flush, which is where HDF5 adds.
-  const int error = rank_ == 0 ? reserve_space(descriptor_, flushed_end_, wanted + kMetadataBytes) : 0;
+  int error = rank_ == 0 ? reserve_space(descriptor_, flushed_end_, wanted + kMetadataBytes) : 0;
+  MPI_Bcast(&error, 1, MPI_INT, 0, comm_);
+  if (error != 0) {
+    flush();  // what was written before has its space
+  }
   agree(error == 0, system_reason(error));
   pending_ = wanted;
   credit_ += bytes;
@@ -273,9 +286,17 @@ void Hdf5File::reserve(std::uint64_t bytes) {
 void Hdf5File::spend(std::uint64_t bytes) {
   require_usable();
   if (credit_ < bytes || bytes == 0) {
-    reserve(bytes);
+    claim(bytes);
   }
   credit_ -= bytes;
+}
+
+/// Space for new chunks. Rows in those there are need none, nor do their dataset's headers, which are written over.
+void Hdf5File::spend_on_growth(std::uint64_t bytes) {
+  require_usable();
+  if (bytes > 0) {
+    spend(bytes);
+  }
 }
 
 void Hdf5File::require_usable() const {
@@ -295,6 +316,16 @@ void Hdf5File::flush() {
   }
   pending_ = 0;
   credit_ = 0;
+  flushed_at_ = std::chrono::steady_clock::now();
+}
+
+bool Hdf5File::flush_if_due() {
+  int due = std::chrono::steady_clock::now() - flushed_at_ >= kFlushInterval ? 1 : 0;
+  MPI_Bcast(&due, 1, MPI_INT, 0, comm_);
+  if (due != 0) {
+    flush();
+  }
+  return due != 0;
 }
 
 void Hdf5File::close() {
@@ -459,7 +490,7 @@ void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize
 
 void Hdf5File::append_rows(const std::string& name, const NodeRange& nodes, std::size_t rows, const void* values) {
   Growing& data = growing_.at(name);
-  spend(growth(name, rows));
+  spend_on_growth(growth(name, rows));
   extend(data, rows);
   write_block(data, data.rows, rows, count_of(nodes.begin), count_of(nodes.count()), values);
   data.rows += rows;
@@ -475,7 +506,7 @@ void Hdf5File::append_records(const std::string& name, const void* records, std:
     return;
   }
   Growing& data = growing_.at(name);
-  spend(growth(name, all));
+  spend_on_growth(growth(name, all));
   extend(data, all);
   // A part at a time: HDF5 and MPI make copies of what they are given.
   std::uint64_t parts = (own + kRecordsAtATime - 1) / kRecordsAtATime;

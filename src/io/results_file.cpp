@@ -101,8 +101,24 @@ constexpr const char* kForce = "/supports/force";
 constexpr const char* kImpulse = "/supports/impulse";
 constexpr const char* kLift = "/supports/lift";
 
-constexpr std::array kFieldNames{"/fields/time",          "/fields/mass_position", "/fields/mass_velocity",
-                                 "/fields/line_position", "/fields/moment",        "/fields/resting"};
+constexpr const char* kFieldTime = "/fields/time";
+constexpr const char* kResting = "/fields/resting";
+
+struct Field {
+  const char* name;
+  const char* units;
+  std::span<const double> Snapshot::* values;
+};
+/// One value per node in each row.
+constexpr std::array kFields{Field{"/fields/mass_position", "m", &Snapshot::mass_position},
+                             Field{"/fields/mass_velocity", "m/s", &Snapshot::mass_velocity},
+                             Field{"/fields/line_position", "m", &Snapshot::line_position},
+                             Field{"/fields/moment", "N m", &Snapshot::moment}};
+
+/// A unit on a dataset; of a table those of its columns, in their order.
+void add_units(Hdf5File& file, const std::string& name, const std::string& units) {
+  file.add_attribute(name, "units", units);
+}
 
 std::vector<std::int64_t> as_int64(std::span<const PetscInt> values) { return {values.begin(), values.end()}; }
 
@@ -118,30 +134,38 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
 
   file.add_node_values("/x", layout.nodes, layout.x);
+  add_units(file, "/x", "m");
   file.add_node_values("/mass", layout.nodes, layout.mass);
+  add_units(file, "/mass", "kg");
   std::vector<std::int64_t> node(static_cast<std::size_t>(layout.nodes.count()));
   std::iota(node.begin(), node.end(), layout.nodes.begin);
   file.add_node_values("/node", layout.nodes, node);
+  add_units(file, "/node", "1");
   file.add_small("/gauge_node", as_int64(layout.gauge_node));
+  add_units(file, "/gauge_node", "1");
   file.add_small("/gauge_position", layout.gauge_position);
+  add_units(file, "/gauge_position", "m");
 
-  const auto add_of_supports = [&](const char* name, auto value_of) {
+  const auto add_of_supports = [&](const char* name, const char* units, auto value_of) {
     std::vector<double> values;
     values.reserve(layout.supports.size());
     for (const RunLayout::Support& support : layout.supports) {
       values.push_back(static_cast<double>(value_of(support)));
     }
     file.add_small(name, values);
+    add_units(file, name, units);
   };
   using Support = RunLayout::Support;
-  add_of_supports("/support_position", [](const Support& support) { return support.position; });
-  add_of_supports("/support_width", [](const Support& support) { return support.width; });
-  add_of_supports("/support_height", [](const Support& support) { return support.height; });
-  add_of_supports("/support_side", [](const Support& support) { return support.side; });
-  add_of_supports("/support_restitution", [](const Support& support) { return support.restitution; });
+  add_of_supports("/support_position", "m", [](const Support& support) { return support.position; });
+  add_of_supports("/support_width", "m", [](const Support& support) { return support.width; });
+  add_of_supports("/support_height", "m", [](const Support& support) { return support.height; });
+  add_of_supports("/support_side", "1", [](const Support& support) { return support.side; });
+  add_of_supports("/support_restitution", "1", [](const Support& support) { return support.restitution; });
   if (!layout.ground_x.empty()) {
     file.add_small("/ground_x", layout.ground_x);
+    add_units(file, "/ground_x", "m");
     file.add_small("/ground_height", layout.ground_height);
+    add_units(file, "/ground_height", "m");
   }
 }
 
@@ -156,15 +180,20 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   first_rank_ = rank == 0;
   add_layout(*file_, layout);
   file_->add_group("/fields");
-  file_->add_records("/fields/time", H5T_NATIVE_DOUBLE);
-  for (const char* name :
-       {"/fields/mass_position", "/fields/mass_velocity", "/fields/line_position", "/fields/moment"}) {
-    file_->add_rows(name, H5T_NATIVE_DOUBLE, nodes_.total);
+  file_->add_records(kFieldTime, H5T_NATIVE_DOUBLE);
+  add_units(*file_, kFieldTime, "s");
+  for (const Field& field : kFields) {
+    file_->add_rows(field.name, H5T_NATIVE_DOUBLE, nodes_.total);
+    add_units(*file_, field.name, field.units);
   }
-  file_->add_rows("/fields/resting", H5T_NATIVE_UINT8, nodes_.total);
+  file_->add_rows(kResting, H5T_NATIVE_UINT8, nodes_.total);
+  add_units(*file_, kResting, "1");
   file_->add_records("/impacts", impact_type());
+  add_units(*file_, "/impacts", "s,1,m,1,m/s,m/s,N s,J");
   file_->add_records("/rests", rest_type());
+  add_units(*file_, "/rests", "s,1,m,1,1");
   file_->add_records("/energy", energy_type());
+  add_units(*file_, "/energy", "s,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
 }
 
@@ -173,32 +202,32 @@ ResultsFile::~ResultsFile() = default;
 void ResultsFile::append_fields(const Snapshot& state) {
   const petsc::LogScope scope{petsc::log_events().fields};
   // Space for the whole row first: a row that does not fit leaves none of its fields behind.
-  std::uint64_t bytes = 0;
-  for (const char* name : kFieldNames) {
-    bytes += file_->growth(name);
+  std::uint64_t bytes = file_->growth(kFieldTime) + file_->growth(kResting);
+  for (const Field& field : kFields) {
+    bytes += file_->growth(field.name);
   }
   file_->reserve(bytes);
 
   [[maybe_unused]] const auto count = static_cast<std::size_t>(nodes_.count());
-  assert(state.mass_position.size() == count && state.mass_velocity.size() == count &&
-         state.line_position.size() == count && state.moment.size() == count && state.resting.size() == count);
-  file_->append_row("/fields/mass_position", nodes_, state.mass_position.data());
-  file_->append_row("/fields/mass_velocity", nodes_, state.mass_velocity.data());
-  file_->append_row("/fields/line_position", nodes_, state.line_position.data());
-  file_->append_row("/fields/moment", nodes_, state.moment.data());
-  file_->append_row("/fields/resting", nodes_, state.resting.data());
-  file_->append_records("/fields/time", &state.time, first_rank_ ? 1 : 0);
-  file_->flush();
+  for (const Field& field : kFields) {
+    assert((state.*field.values).size() == count);
+    file_->append_row(field.name, nodes_, (state.*field.values).data());
+  }
+  assert(state.resting.size() == count);
+  file_->append_row(kResting, nodes_, state.resting.data());
+  file_->append_records(kFieldTime, &state.time, first_rank_ ? 1 : 0);
+  ++field_rows_;
+  flush_if_due();
 }
 
 void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
   file_->append_records("/impacts", rows.data(), rows.size());
-  file_->flush();
+  flush_if_due();
 }
 
 void ResultsFile::append_rests(std::span<const RestRecord> rows) {
   file_->append_records("/rests", rows.data(), rows.size());
-  file_->flush();
+  flush_if_due();
 }
 
 void ResultsFile::append_energy(std::span<const double> times, std::span<const EnergyLedger> rows) {
@@ -212,22 +241,23 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
                        row.total(), row.drift()});
   }
   file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
-  file_->flush();
+  flush_if_due();
 }
 
 void ResultsFile::add_contact(double force_window, bool supports_move) {
   file_->add_records(kContact, contact_type());
+  add_units(*file_, kContact, "s,1,m,m,N,N s");
   file_->add_group("/supports");
   file_->add_attribute("/supports", "force_window", force_window);
   file_->add_rows(kForce, H5T_NATIVE_DOUBLE, supports_);
-  file_->add_attribute(kForce, "units", std::string{"N"});
+  add_units(*file_, kForce, "N");
   file_->add_rows(kImpulse, H5T_NATIVE_DOUBLE, supports_);
-  file_->add_attribute(kImpulse, "units", std::string{"N s"});
+  add_units(*file_, kImpulse, "N s");
   if (supports_move) {
     file_->add_rows(kLift, H5T_NATIVE_DOUBLE, supports_);
-    file_->add_attribute(kLift, "units", std::string{"m"});
+    add_units(*file_, kLift, "m");
   }
-  file_->flush();
+  flush_if_due();
 }
 
 void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<const double> force,
@@ -245,7 +275,7 @@ void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<con
     file_->append_rows(kLift, all, count, lift.data());
   }
   file_->append_records(kContact, rows.data(), first_rank_ ? count : 0);
-  file_->flush();
+  flush_if_due();
 }
 
 void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
@@ -257,15 +287,26 @@ void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<con
   file_->add_group("/envelope");
   const auto add = [&](const char* name, const NodeRange& range, std::span<const double> values, const char* unit) {
     file_->add_node_values(name, range, values.first(static_cast<std::size_t>(range.count())));
-    file_->add_attribute(name, "units", std::string{unit});
+    add_units(*file_, name, unit);
   };
   add("/envelope/moment_min", nodes_, moment_min, "N m");
   add("/envelope/moment_max", nodes_, moment_max, "N m");
   add("/envelope/shear_min", elements, shear_min, "N");
   add("/envelope/shear_max", elements, shear_max, "N");
   add("/envelope/stress_max", nodes_, stress_max, "Pa");
-  add("/envelope/utilisation_max", nodes_, utilisation_max, "-");
+  add("/envelope/utilisation_max", nodes_, utilisation_max, "1");
+  flush_if_due();
+}
+
+void ResultsFile::flush() {
   file_->flush();
+  field_rows_on_disk_ = field_rows_;
+}
+
+void ResultsFile::flush_if_due() {
+  if (file_->flush_if_due()) {
+    field_rows_on_disk_ = field_rows_;
+  }
 }
 
 void ResultsFile::close() { file_->close(); }

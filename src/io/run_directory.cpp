@@ -1,6 +1,7 @@
 #include "udar/io/run_directory.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -8,6 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "io/text_file.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
@@ -17,10 +19,11 @@ namespace fs = std::filesystem;
 
 /// Any of these means that the folder holds a run.
 constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
-/// All a run writes, and the unfinished files a killed run may leave.
-constexpr std::array kOwnFiles{"gauges.csv",   "energy.csv",   "impacts.csv",  "rests.csv",
-                               "summary.json", "contact.csv",  "envelope.csv", "summary.json.tmp",
-                               "results.h5",   "results.xdmf", "restart.h5",   "restart.h5.tmp"};
+/// What a run writes into from its start to its end.
+constexpr std::array kOpenFiles{"gauges.csv",  "energy.csv", "impacts.csv", "rests.csv",
+                                "contact.csv", "results.h5", "results.xdmf"};
+/// What it writes at once, and the unfinished files a killed run may leave.
+constexpr std::array kOtherFiles{"summary.json", "summary.json.tmp", "envelope.csv", "restart.h5", "restart.h5.tmp"};
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -57,7 +60,9 @@ std::string prepare(const fs::path& folder, bool overwrite, const std::string& k
     }
     return "";
   }
-  for (const char* name : kOwnFiles) {
+  std::vector<const char*> own{kOpenFiles.begin(), kOpenFiles.end()};
+  own.insert(own.end(), kOtherFiles.begin(), kOtherFiles.end());
+  for (const char* name : own) {
     const fs::path file = folder / name;
     if (!keep.empty() && fs::equivalent(file, keep, error)) {
       continue;
@@ -71,6 +76,30 @@ std::string prepare(const fs::path& folder, bool overwrite, const std::string& k
 }
 
 }  // namespace
+
+RunFiles::RunFiles(MPI_Comm comm, const std::string& path) : comm_{comm} {
+  int rank = 0;
+  MPI_Comm_rank(comm_, &rank);
+  for (const char* name : kOpenFiles) {
+    const std::string file = (fs::path{path} / name).string();
+    struct stat status{};
+    if (rank == 0 && stat(file.c_str(), &status) == 0) {
+      files_.push_back({.path = file, .device = status.st_dev, .number = status.st_ino});
+    }
+  }
+}
+
+void RunFiles::require_present() const {
+  std::string failure;
+  for (const File& file : files_) {
+    struct stat status{};
+    if (failure.empty() &&
+        (stat(file.path.c_str(), &status) != 0 || status.st_dev != file.device || status.st_ino != file.number)) {
+      failure = cannot_write(file.path, "it was removed or replaced while the run wrote into it");
+    }
+  }
+  throw_together<FileError>(comm_, failure);
+}
 
 void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep) {
   int rank = 0;

@@ -72,7 +72,7 @@ class GaugeWriter final : public Observer {
     }
   }
 
-  void finish() override {
+  void flush() override {
     write();
     file_.sync();
   }
@@ -116,7 +116,7 @@ class EnergyWriter final : public Observer {
     }
   }
 
-  void finish() override {
+  void flush() override {
     write();
     file_.sync();
   }
@@ -233,7 +233,7 @@ class EventWriter final : public Observer {
     }
   }
 
-  void finish() override {
+  void flush() override {
     write();
     impacts_.sync();
     rests_.sync();
@@ -291,7 +291,7 @@ class ContactWriter final : public Observer {
   void save(MotionState& state) const override { forces_->save(state); }
   void restore(const MotionState& state) override { forces_->restore(state); }
 
-  void finish() override {
+  void flush() override {
     write();
     file_.sync();
   }
@@ -488,15 +488,36 @@ class FieldWriter final : public Observer {
 
   void snapshot(const Snapshot& state) override {
     results_->append_fields(state);
-    xdmf_->append(state.time);
+    waiting_.push_back(state.time);
+    show_rows();
   }
 
-  void finish() override { results_->close(); }
+  void flush() override {
+    results_->flush();
+    show_rows();
+  }
+
+  void finish() override {
+    flush();
+    results_->close();
+  }
 
  private:
+  /// Shows ParaView the rows that results.h5 has on the disk.
+  void show_rows() {
+    const std::size_t rows = results_->field_rows_on_disk() - rows_shown_;
+    for (std::size_t row = 0; row < rows; ++row) {
+      xdmf_->append(waiting_[row]);
+    }
+    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(rows));
+    rows_shown_ += rows;
+  }
+
   std::shared_ptr<ResultsFile> results_;
   double interval_;
   std::unique_ptr<XdmfFile> xdmf_;  ///< null without fields
+  std::vector<double> waiting_;     ///< times of the rows that are not shown yet [s]
+  std::size_t rows_shown_ = 0;
 };
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include "study_quantities.hpp"
 #include "study_report.hpp"
 #include "udar/app/run.hpp"
+#include "udar/app/stop_signals.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -42,7 +43,7 @@ constexpr const char* kHelp =
     "own, and tells for each quantity the order of convergence observed, the limit where there is one, and the error\n"
     "that filter frequency, mesh and time step leave. -filter_frequency, -beam_elements, -ts_rtol and -ts_dt are axes\n"
     "wherever they have several values; all other options are those of udar (udar -help). Exit codes: 0 all runs\n"
-    "reached their end; 1 a run failed; 3 a run was ended by -ts_max_steps; 130 or 143 stopped by a signal.\n";
+    "reached their end; 1 a run failed; 3 a run was ended by -ts_max_steps; 128 and its number: stopped by a signal.\n";
 
 constexpr std::array kDesigns{std::pair<const char*, Design>{"grid", Design::grid},
                               std::pair<const char*, Design>{"lines", Design::lines}};
@@ -239,6 +240,7 @@ std::string write_file(const std::string& path, const std::string& text) {
 }
 
 int run_study(MPI_Comm comm) {
+  const app::StopSignals signals;  // also between the runs
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   Wishes wishes = read_wishes(comm);

@@ -2,10 +2,13 @@
 """What a good run writes and prints: files, formats, balances, help, interruption, other integrators."""
 
 import json
+import os
 import pathlib
 import re
+import shlex
 import shutil
 import signal
+import subprocess
 import tempfile
 import time
 import unittest
@@ -14,7 +17,8 @@ import xml.etree.ElementTree
 import h5py
 import numpy as np
 
-from common import ROOT, STOPPED_BY_STEPS, STEEL_MASS, UdarTest, case, command, datasets, lumped_masses, run, start
+from common import ENVIRONMENT, ROOT, STOPPED_BY_STEPS, STEEL_MASS, UdarTest
+from common import case, command, datasets, lumped_masses, read_csv, run, start
 
 EXAMPLE = ROOT / "examples" / "01-falling-beam" / "case.yaml"
 GRAVITY = 9.81
@@ -70,6 +74,17 @@ class Example(UdarTest):
             self.assertNotIn("\r", text)
             self.assertNotIn("\x1b", text)
         self.assertLess(len(self.finished.out.splitlines()), 100, self.finished)
+
+    def test_every_dataset_says_its_units(self):
+        found = {}
+        self.file.visititems(lambda name, item: found.update({name: item}) if isinstance(item, h5py.Dataset) else None)
+        self.assertGreater(len(found), 20)
+        for name, data in found.items():
+            units = as_text(data.attrs["units"]).split(",")
+            self.assertEqual(len(units), len(data.dtype.names or [0]), f"a unit for each column of {name}")
+            self.assertNotIn("", units, name)
+        self.assertEqual(as_text(found["fields/moment"].attrs["units"]), "N m")
+        self.assertEqual(as_text(found["energy"].attrs["units"]).split(",")[0], "s")
 
     def test_gauges(self):
         gauges = len(self.option("gauge_position"))
@@ -551,21 +566,118 @@ class Interrupted(UdarTest):
         self.assertEqual(after[-1], reached + 2.0)
         self.assertLessEqual(after[0], reached + 0.5, "nothing is missing between the files")
 
-    def test_killed_run_leaves_a_usable_checkpoint(self):
-        often = {"output_interval": 0.5, "restart_interval": 0.5}
-        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, **often)
-        process = start(command(options), cwd=self.scratch)
-        checkpoint = self.scratch / "run" / "restart.h5"
-        for _ in range(200):
-            if checkpoint.exists() or process.poll() is not None:
+    def started(self, process, *files):
+        """Waits until a run has written these files of its folder."""
+        for _ in range(600):
+            if process.poll() is not None or all((self.scratch / "run" / name).exists() for name in files):
                 break
             time.sleep(0.05)
-        time.sleep(0.3)
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        more = {"output_directory": self.scratch / "rest", "restart_file": checkpoint, "ts_max_steps": 100}
-        rest = self.run_case({**options, **more}, code=STOPPED_BY_STEPS)
-        self.assertGreater(rest.summary()["steps"], 100)
+        self.assertIsNone(process.poll(), "the run is to go on")
+
+    def long_run(self, ranks=0, **changes):
+        shutil.rmtree(self.scratch / "run", ignore_errors=True)
+        options = case(output_directory=self.scratch / "run", output_overwrite=True, ts_max_time=1e5, **changes)
+        return options, start(command(options, ranks), cwd=self.scratch)
+
+    def test_signals_of_terminals_and_batch_systems(self):
+        for number in (signal.SIGHUP, signal.SIGUSR1, signal.SIGUSR2, signal.SIGTERM):
+            with self.subTest(signal=number.name):
+                _, process = self.long_run(output_interval=0.5)
+                self.started(process, "energy.csv")
+                process.send_signal(number)
+                process.send_signal(number)  # from the shell and from the terminal
+                out, err = process.communicate(timeout=60)
+                self.assertEqual(process.returncode, 128 + number, out + err)
+                for name in ("restart.h5", "summary.json", "envelope.csv"):
+                    self.assertTrue((self.scratch / "run" / name).exists(), name)
+
+    def test_nohup(self):
+        """What the program was started to ignore stays ignored."""
+        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5)
+        process = start(["nohup"] + command(options), cwd=self.scratch)
+        self.started(process, "energy.csv")
+        process.send_signal(signal.SIGHUP)
+        time.sleep(0.5)
+        self.assertIsNone(process.poll())
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 143)
+
+    def test_killed_run_loses_no_row(self):
+        """What a killed run has on the disk reaches at least to its checkpoint, from which the next goes on."""
+        rows, field_rows = 0.0005, 0.002
+        often = {"output_interval": rows, "output_field_interval": field_rows, "restart_interval": 0.004}
+        contact = {"initial_height": 0.05, "contact_restitution": 0.7, "ts_type": "impact", "gauge_position": "0,5,10"}
+        for ranks, seconds in ((0, 0.4), (2, 0.7), (2, 1.1)):
+            with self.subTest(ranks=ranks, seconds=seconds):
+                options, process = self.long_run(ranks, **often, **contact)
+                self.started(process, "restart.h5")
+                time.sleep(seconds)
+                os.kill(children(process.pid)[0] if ranks else process.pid, signal.SIGKILL)
+                process.communicate(timeout=60)
+                killed, checkpoint = self.scratch / "run", self.scratch / "run" / "restart.h5"
+                with h5py.File(checkpoint) as file:
+                    reached = dict(file["scalars"].attrs)
+                more = {"output_directory": self.scratch / "rest", "restart_file": checkpoint}
+                end = field_rows * (np.floor(reached["time"] / field_rows) + 3)
+                rest = self.run_case({**options, **more, "ts_max_time": end})
+                parts = []
+                for run_folder in (killed, rest.directory):
+                    with h5py.File(run_folder / "results.h5") as file:
+                        fields, energy = file["fields/time"][()], file["energy"]["time"]
+                        contact_rows, impacts = file["contact"]["time"], file["impacts"]["time"]
+                    tables = [read_csv(run_folder / f"{name}.csv")["time"] for name in ("gauges", "energy", "contact")]
+                    xdmf = (run_folder / "results.xdmf").read_text().count("<Time ")
+                    parts.append((fields, fields[:xdmf], energy, contact_rows, *tables, impacts))
+                *intervals, _ = (field_rows, field_rows, *[rows] * 5, None)
+                for interval, before, after in zip(intervals, *parts):
+                    joined = np.append(before[before <= reached["time"]], after)
+                    np.testing.assert_allclose(joined, interval * np.arange(len(joined)), rtol=1e-12, atol=0)
+                    self.assertAlmostEqual(joined[-1], end, delta=1e-9)
+                # Impacts that the checkpoint counts are in the first part, and in its text.
+                for impacts in (parts[0][-1], read_csv(killed / "impacts.csv")["time"]):
+                    self.assertEqual(np.count_nonzero(impacts <= reached["time"]), reached["impacts"])
+
+    def test_shortest_restart_interval(self):
+        """Intervals are counted: adding 1e-12 s up to the next step would never end."""
+        for interval in (1e-12, 1e-300):
+            run = self.run_case(case(beam_elements=4, ts_max_steps=3, restart_interval=interval), code=STOPPED_BY_STEPS)
+            self.assertTrue(run.file("restart.h5").exists())
+            shutil.rmtree(run.directory)
+
+    def test_removed_results_are_an_error(self):
+        options, process = self.long_run(output_interval=0.5)
+        self.started(process, "energy.csv")
+        (self.scratch / "run" / "results.h5").unlink()
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn("results.h5': it was removed or replaced while the run wrote into it", err)
+        self.assertTrue((self.scratch / "run" / "restart.h5").exists(), "what is not gone is kept")
+
+    def test_error_under_mpiexec_gives_the_prompt_back(self):
+        """mpiexec waits twice its sigkill timeout, 1 s by default, whoever has ended already."""
+        seconds = []
+        for options, code in (({"help": True}, 0), ({"beam_radius": -1}, 1)):
+            line = f"source {ROOT}/scripts/env.sh && exec " + shlex.join(command(options, 2))
+            begin = time.monotonic()
+            process = subprocess.run(["bash", "-c", line], env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+            seconds.append(time.monotonic() - begin)
+            self.assertEqual(process.returncode, code, process.stderr)
+        self.assertLess(seconds[1] - seconds[0], 6, "besides starting and ending the program [s]")
+
+
+def children(parent):
+    """Processes that `parent` has started."""
+    found = []
+    for entry in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            fields = (entry / "stat").read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue  # it has ended meanwhile
+        if int(fields[1]) == parent:
+            found.append(int(entry.name))
+    return found
 
 
 class Refused(UdarTest):

@@ -6,9 +6,12 @@
 #include <hdf5.h>
 #include <petscsys.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdint>
@@ -148,6 +151,9 @@ RunLayout layout_of(PetscInt nodes) {
   return layout;
 }
 
+/// Calls of fsync by this process, the libraries' included.
+int waits_for_disk = 0;
+
 /// Field values that tell quantity, row and node.
 double field_value(int quantity, int row, PetscInt node) {
   return quantity + 10.0 * row + 0.0078125 * static_cast<double>(node);
@@ -266,6 +272,33 @@ class FileSizeLimit {
 };
 
 // The folder
+
+TEST(RunDirectory, LosesNoFileWhileARunWrites) {
+  const TemporaryFolder folder;
+  if (world_rank() == 0) {
+    for (const char* name : {"gauges.csv", "results.h5", "summary.json.tmp"}) {
+      std::ofstream{folder / name} << name;
+    }
+  }
+  const RunFiles files{PETSC_COMM_WORLD, folder.path()};
+  if (world_rank() == 0) {
+    std::ofstream{folder / "gauges.csv"} << "longer than before";
+    fs::remove(folder / "summary.json.tmp");  // not open meanwhile
+  }
+  EXPECT_EQ(failure_of([&] { files.require_present(); }), "");
+  for (const bool replaced : {false, true}) {
+    if (world_rank() == 0) {
+      std::ofstream{folder / "other.h5"} << "another run's";
+      fs::remove(folder / "results.h5");
+      if (replaced) {
+        fs::rename(folder / "other.h5", folder / "results.h5");
+      }
+    }
+    EXPECT_EQ(failure_of([&] { files.require_present(); }),
+              "option -output_directory: cannot write '" + folder / "results.h5" +
+                  "': it was removed or replaced while the run wrote into it");
+  }
+}
 
 TEST(RunDirectory, IsCreatedWithItsParents) {
   const TemporaryFolder folder;
@@ -401,6 +434,9 @@ TEST(RunWriters, KeepTheResultsReadableWhileTheRunGoesOn) {
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
   for (int row = 0; row < 3; ++row) {
     write_row(writers, layout.nodes, row);
+    for (const auto& writer : writers) {
+      writer->flush();
+    }
     if (world_rank() == 0) {
       fs::copy_file(folder / "results.h5", folder / "copy.h5", fs::copy_options::overwrite_existing);
       expect_fields(SerialFile{folder / "copy.h5"}, 50, row + 1);
@@ -409,6 +445,59 @@ TEST(RunWriters, KeepTheResultsReadableWhileTheRunGoesOn) {
     MPI_Barrier(PETSC_COMM_WORLD);
   }
   finish(writers);
+}
+
+// A checkpoint is written after this, and a run that goes on from there writes none of these rows again.
+TEST(RunWriters, HoldNothingBackWhenFlushed) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(12);
+  SupportForces forces{2, kInterval, kInterval};
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval, &forces);
+  constexpr int kRows = 70;  // in blocks of 1, 2, 4, ..., 32 and 7 rows that wait
+  for (int row = 0; row < kRows; ++row) {
+    write_row(writers, layout.nodes, row);
+  }
+  const bool first = world_rank() == 0;
+  write_events(writers, std::vector<ImpactRecord>(first ? 3 : 0), std::vector<RestRecord>(first ? 2 : 0));
+  for (const auto& writer : writers) {
+    writer->flush();
+  }
+  if (first) {
+    for (const char* name : {"gauges.csv", "energy.csv", "contact.csv"}) {
+      EXPECT_EQ(read_lines(folder / name).size(), kRows + 1U) << name;
+    }
+    EXPECT_EQ(read_lines(folder / "impacts.csv").size(), 4U);
+    EXPECT_EQ(read_lines(folder / "rests.csv").size(), 3U);
+    fs::copy_file(folder / "results.h5", folder / "copy.h5");  // what a kill now would leave
+    const SerialFile file{folder / "copy.h5"};
+    expect_fields(file, 12, kRows);
+    EXPECT_EQ(file.shape("/energy"), std::vector<hsize_t>{kRows});
+    EXPECT_EQ(file.shape("/contact"), std::vector<hsize_t>{kRows});
+    EXPECT_EQ(file.shape("/supports/force"), (std::vector<hsize_t>{kRows, 2}));
+    EXPECT_EQ(file.shape("/impacts"), std::vector<hsize_t>{3});
+    EXPECT_EQ(file.shape("/rests"), std::vector<hsize_t>{2});
+    const std::string xdmf = read_text(folder / "results.xdmf");
+    EXPECT_NE(xdmf.find("<Time Value=\"8.625\"/>"), std::string::npos) << "of the last row";
+  }
+  finish(writers);
+}
+
+// Waiting for the disk after each row took most of the time of a small run.
+TEST(RunWriters, WaitForTheDiskOnceASecond) {
+  const TemporaryFolder folder;
+  const RunLayout layout = layout_of(20);
+  const auto start = std::chrono::steady_clock::now();
+  const int before = waits_for_disk;
+  {
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    for (int row = 0; row < 500; ++row) {
+      write_row(writers, layout.nodes, row);
+    }
+    finish(writers);
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  // Six text files, results.h5 at its start and twice at its end.
+  EXPECT_LE(waits_for_disk - before, 9.0 + seconds.count());
 }
 
 TEST(RunWriters, LeaveOutTheFieldsIfAskedTo) {
@@ -868,3 +957,10 @@ TEST(Summary, ReportsAFolderThatIsGone) {
 
 }  // namespace
 }  // namespace udar::io
+
+/// In the place of the system's, for all libraries of this program.
+extern "C" int fsync(
+    int descriptor) {  // NOLINT(readability-inconsistent-declaration-parameter-name): glibc's is reserved
+  ++udar::io::waits_for_disk;
+  return static_cast<int>(syscall(SYS_fsync, descriptor));
+}

@@ -119,8 +119,11 @@ class Observer {
   virtual void save(MotionState& /*state*/) const {}
   virtual void restore(const MotionState& /*state*/) {}
   /// @}
+  /// Before a checkpoint: everything told so far must reach the disk, for the run that goes on from there tells nothing
+  /// of it again.
+  virtual void flush() {}
   /// After the last step, also of a run that was interrupted: everything buffered must reach the disk.
-  virtual void finish() {}
+  virtual void finish() { flush(); }
 };
 
 }  // namespace udar

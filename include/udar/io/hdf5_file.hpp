@@ -5,6 +5,7 @@
 #include <hdf5.h>
 #include <mpi.h>
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -96,6 +97,9 @@ class Hdf5File {
 
   /// @brief Brings all to the disk: what was written until now survives the end of the program, however it comes.
   void flush();
+  /// @brief The same once a second, for those who write often: waiting for the disk takes milliseconds.
+  /// @return whether it flushed
+  bool flush_if_due();
   /// @brief Flushes and closes; nothing may be called afterwards.
   void close();
   /// @}
@@ -140,7 +144,9 @@ class Hdf5File {
   void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
   void add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
                    const void* values);
+  void claim(std::uint64_t bytes);
   void spend(std::uint64_t bytes);
+  void spend_on_growth(std::uint64_t bytes);
   void require_usable() const;
   void extend(Growing& data, hsize_t rows);
   void write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns, const void* values);
@@ -160,6 +166,7 @@ class Hdf5File {
   std::uint64_t flushed_end_ = 0;  ///< size of the file after the last flush, on rank 0 [bytes]
   std::uint64_t pending_ = 0;      ///< reserved behind it
   std::uint64_t credit_ = 0;       ///< of that, not yet used by a write
+  std::chrono::steady_clock::time_point flushed_at_;  ///< rank 0's clock decides
 };
 
 }  // namespace udar::io

@@ -2,6 +2,7 @@
 /// @file
 /// results.h5: fields, events and energy of a run.
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,7 +17,8 @@ class Hdf5File;
 
 /// @brief The file results.h5. Fields go from each rank straight to the disk; no rank ever holds a whole field.
 ///
-/// Each `append` leaves a file that is whole on the disk: a run that is killed keeps all rows appended before.
+/// Rows reach the disk about every second and with `flush`, each time as a whole file: a run that is killed keeps
+/// those.
 /// @note All calls are collective. @throws FileError on all ranks together if the disk takes no more; the file then
 /// stays as the last append left it
 /// @see docs/output.md
@@ -49,14 +51,22 @@ class ResultsFile {
   void add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
                     std::span<const double> shear_min, std::span<const double> shear_max,
                     std::span<const double> stress_max, std::span<const double> utilisation_max);
+  /// Brings all rows to the disk.
+  void flush();
+  /// Rows of the fields that are there.
+  [[nodiscard]] std::size_t field_rows_on_disk() const noexcept { return field_rows_on_disk_; }
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
   void close();
 
  private:
+  void flush_if_due();
+
   std::unique_ptr<Hdf5File> file_;
   NodeRange nodes_;
   PetscInt supports_ = 0;
   bool first_rank_ = false;
+  std::size_t field_rows_ = 0;
+  std::size_t field_rows_on_disk_ = 0;
 };
 
 }  // namespace udar::io

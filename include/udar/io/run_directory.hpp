@@ -4,7 +4,9 @@
 
 #include <mpi.h>
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace udar::io {
 
@@ -16,5 +18,25 @@ namespace udar::io {
 /// @throws FileError on all ranks if the folder cannot be made or written, or holds a run and `overwrite` is false
 /// @see docs/output.md
 void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep = {});
+
+/// @brief The files of a run as they were when it began to write them, to notice at its end that somebody removed them
+/// or put others in their place.
+class RunFiles {
+ public:
+  /// @param[in] path the run's folder, with all files that stay open while it goes on
+  /// @note Collective; only rank 0 touches the disk.
+  RunFiles(MPI_Comm comm, const std::string& path);
+  /// @note Collective. @throws FileError on all ranks, naming the first that is missing or another
+  void require_present() const;
+
+ private:
+  struct File {
+    std::string path;
+    std::uint64_t device;
+    std::uint64_t number;
+  };
+  MPI_Comm comm_;
+  std::vector<File> files_;  ///< on rank 0
+};
 
 }  // namespace udar::io

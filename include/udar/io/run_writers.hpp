@@ -16,9 +16,9 @@ namespace udar::io {
 /// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, contact.csv, results.h5 and results.xdmf and returns
 /// who fills them; the last row also makes envelope.csv, for beams of up to 100 000 nodes.
 ///
-/// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when a rank holds more
-/// than 4096 of them; fields after each row. A run that is killed leaves readable files that lack at most the last of
-/// these blocks. `finish` writes the rest and closes results.h5.
+/// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when 65 536 of them
+/// wait; fields, and all of results.h5, within about a second. `flush` brings the rest to the disk, `finish` closes
+/// results.h5. A run that is killed leaves readable files that lack at most what came after the last of these.
 /// @param[in] layout         what is written about; `layout.comm` must outlive the observers
 /// @param[in] directory      made ready by `prepare_run_directory`
 /// @param[in] interval       `-output_interval`, simulated time between rows of the tables [s], above 0

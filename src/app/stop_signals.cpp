@@ -1,0 +1,64 @@
+#include "udar/app/stop_signals.hpp"
+
+#include <array>
+#include <csignal>
+#include <cstdint>
+#include <ctime>
+#include <utility>
+
+namespace udar::app {
+namespace {
+
+constexpr std::array kAskToStop{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
+
+volatile std::sig_atomic_t signal_received = 0;
+volatile std::sig_atomic_t second_received = 0;  // of the monotonic clock, modulo what fits
+bool taken = false;
+
+std::sig_atomic_t now() noexcept {
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);  // allowed in a handler
+  return static_cast<std::sig_atomic_t>(time.tv_sec % SIG_ATOMIC_MAX);
+}
+
+extern "C" void remember_signal(int number) {
+  if (signal_received == 0) {
+    signal_received = number;
+    second_received = now();
+  } else if (now() - second_received > 1) {
+    std::signal(number, SIG_DFL);
+    std::raise(number);  // pending until this returns
+  }
+}
+
+}  // namespace
+
+StopSignals::StopSignals() : outermost_{!std::exchange(taken, true)} {
+  if (!outermost_) {
+    return;
+  }
+  signal_received = 0;
+  struct sigaction remember{};
+  remember.sa_handler = remember_signal;
+  remember.sa_flags = SA_RESTART;
+  sigemptyset(&remember.sa_mask);
+  for (const int signal : kAskToStop) {
+    struct sigaction before{};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) {
+      sigaction(signal, &remember, nullptr);
+      earlier_.push_back({.signal = signal, .action = before});
+    }
+  }
+}
+
+StopSignals::~StopSignals() {
+  for (const Earlier& earlier : earlier_) {
+    sigaction(earlier.signal, &earlier.action, nullptr);
+  }
+  taken = taken && !outermost_;
+}
+
+int StopSignals::received() noexcept { return signal_received; }
+
+}  // namespace udar::app
