@@ -959,8 +959,7 @@ TEST(Summary, ReportsAFolderThatIsGone) {
 }  // namespace udar::io
 
 /// In the place of the system's, for all libraries of this program.
-extern "C" int fsync(
-    int descriptor) {  // NOLINT(readability-inconsistent-declaration-parameter-name): glibc's is reserved
+extern "C" int fsync(int fd) {
   ++udar::io::waits_for_disk;
-  return static_cast<int>(syscall(SYS_fsync, descriptor));
+  return static_cast<int>(syscall(SYS_fsync, fd));
 }
