@@ -11,22 +11,35 @@ import json
 import os
 import pathlib
 import sys
+import textwrap
 
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # a run that is still writing may be looked at
 
 import h5py
+import matplotlib
 import numpy as np
+
+matplotlib.use("Agg")
+from matplotlib import cm, collections, colors, pyplot, ticker  # noqa: E402, the backend comes first
+from matplotlib.lines import Line2D  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
 
 # Okabe and Ito's palette: told apart with any kind of colour vision.
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (5, 1.5, 1.5, 1.5)))
 GREY, SUPPORT_GREY = "#595959", "#9a9a9a"
 BINS = 1500          # a curve keeps the least and the greatest value of so many bins: more than a figure has pixels
 MAX_DOTS = 20_000    # above this many impacts or rests the contact diagram counts them in cells
 MAX_GAUGES = 12      # panels that are still readable; more only when --gauges asks for them
 INSTANTS = 12        # deflection curves
+MAX_SHADES = 50      # supports whose place is marked in a picture
+MAX_DOUBTS = 4       # warnings in a picture
 ROWS_BEFORE = 2      # of them, before the first contact
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u00b5"), (1e-9, "n"),
+            (1e-12, "p"))
+LARGEST_UNITS = ("m", "s")  # neither km nor ks; and a tenth of them is not yet told in the next smaller one
 
 ENERGY_LINES = (
     ("kinetic", "kinetic", BLUE, "-"),
@@ -67,9 +80,28 @@ class Support:
 
 
 @dataclasses.dataclass
+class Contact:
+    """Rows of contact.csv; forces and impulses of each support, or of all together, by row."""
+    time: np.ndarray
+    x_min: np.ndarray
+    x_max: np.ndarray
+    force: np.ndarray
+    impulse: np.ndarray
+    window: float     # forces are means over so long [s]; None if not known
+    together: bool    # one column for all supports
+
+    def spans(self):
+        """Of each column the times, rows of (begin, end), in which it gave anything."""
+        return [stretches(self.time, np.append(False, np.diff(column) != 0.0) if len(column) else np.empty(0, bool))
+                for column in self.impulse.T]
+
+
+@dataclasses.dataclass
 class Run:
     folder: pathlib.Path
     filter_frequency: float
+    options: dict    # keys without dash
+    summary: dict    # summary.json; empty before the end
     elements: int
     x: np.ndarray
     gauge_node: np.ndarray
@@ -79,7 +111,7 @@ class Run:
     impacts: dict
     rests: dict
     finished: bool
-    contact: dict = None     # columns of contact.csv
+    contact: "Contact" = None
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     envelope: dict = None    # datasets of /envelope; written when a run ends
     instants: np.ndarray = None  # times of the rows below; None when not asked for
@@ -99,10 +131,22 @@ class Run:
         return float(choose(known)) if known else 0.0
 
     @property
+    def filtered(self):
+        """Without filter the file has the frequency that belongs to the time step."""
+        return (self.options.get("filter_frequency") != "none" and self.filter_frequency > 0.0
+                and bool(np.isfinite(self.filter_frequency)))
+
+    @property
     def filter_label(self):
-        if self.filter_frequency > 0.0 and np.isfinite(self.filter_frequency):
-            return f"wf = {self.filter_frequency:g} rad/s"
-        return "unfiltered"
+        return f"wf = {self.filter_frequency:.4g} rad/s" if self.filtered else "unfiltered"
+
+    @property
+    def doubts(self):
+        """What the run said against itself: the findings of its warnings, without the advice, and an early end."""
+        found = [str(text).split("; ")[0] for text in self.summary.get("warnings", ())]
+        if self.summary and not self.finished:
+            found.append(f"stopped early, at t = {self.end:.4g} s")
+        return found
 
     def lift_of(self, support, time):
         """What motion has added to the height of a support, or of one of each time, at these times."""
@@ -114,8 +158,14 @@ class Run:
 
     def first_contacts(self):
         """(time, side of the support) of the first impact and of the first rest, as far as there are any."""
-        return [(float(table["time"][0]), self.supports[int(table["support"][0])].side)
-                for table in (self.impacts, self.rests) if len(table["time"])]
+        found = [(float(table["time"][0]), self.supports[int(table["support"][0])].side)
+                 for table in (self.impacts, self.rests) if len(table["time"])]
+        at = self.summary.get("first_contact_time")
+        if not found and at is not None:  # the line touches without impacts
+            spans = self.contact.spans() if self.contact is not None else []
+            first = min(((own[0][0], number) for number, own in enumerate(spans) if len(own)), default=(at, 0))
+            found = [(float(at), self.supports[min(first[1], len(self.supports) - 1)].side)]
+        return found
 
     def supports_of_node(self, node):
         """Numbers of the supports the mass of this node can touch."""
@@ -153,12 +203,46 @@ def read_csv(path, needed):
     return {name: values[:, column] for column, name in enumerate(header)}
 
 
-def completed(summary):
-    """Whether the run reached its end; one that was stopped also leaves a summary."""
+def read_summary(path):
+    """summary.json; empty while the run goes on. One that was stopped also leaves a summary."""
     try:
-        return bool(json.loads(summary.read_text()).get("completed", True))
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        return summary if isinstance(summary, dict) else {}
     except (OSError, ValueError):
-        return False
+        return {}
+
+
+def read_options(file):
+    text = file.attrs.get("options", "")
+    text = text.decode() if isinstance(text, bytes) else str(text)
+    words = [line.split(None, 1) for line in text.splitlines() if line.startswith("-")]
+    return {word[0][1:]: word[1].strip() if len(word) > 1 else "" for word in words}
+
+
+def read_contact(folder, file):
+    """contact.csv, and with more supports than it has columns for those of results.h5; None without either."""
+    path = folder / "contact.csv"
+    if not path.exists():
+        return None
+    table = read_csv(path, ["time", "masses", "x_min", "x_max"])
+    window = np.ravel(file["supports"].attrs.get("force_window", np.nan))[0] if "supports" in file else np.nan
+    together = "force" in table
+    names = [""] if together else [f"_{k}" for k in range(sum(name.startswith("force_") for name in table))]
+    force, impulse = (np.array([table[kind + name] for name in names]).T.reshape(len(table["time"]), len(names))
+                      for kind in ("force", "impulse"))
+    if together and "supports/force" in file and "supports/impulse" in file:
+        rows = min(len(table["time"]), len(file["supports/force"]), len(file["supports/impulse"]))
+        force, impulse = file["supports/force"][:rows], file["supports/impulse"][:rows]
+        table, together = {name: values[:rows] for name, values in table.items()}, False
+    return Contact(table["time"], table["x_min"], table["x_max"], force, impulse,
+                   float(window) if np.isfinite(window) else None, together)
+
+
+def stretches(time, holds):
+    """Rows (begin, end) of the times over which `holds` is true; a row tells of the time since the one before it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(int)))
+    first, last = edges[::2], edges[1::2] - 1
+    return np.column_stack([time[np.maximum(first - 1, 0)], time[last]]) if len(first) else np.empty((0, 2))
 
 
 def read_records(file, folder, name, columns, finished):
@@ -181,7 +265,8 @@ def read_supports(file, x):
         is_floor = not np.isfinite([low, high]).all() or (low <= x[0] and high >= x[-1])
         if is_floor:
             low, high, position = x[0], x[-1], (x[0] + x[-1]) / 2
-        name = "floor" if is_floor else f"support {number}, x = {position:g} m"
+        where = (" below" if side > 0 else " above") if min(columns[3]) < 0 else ""
+        name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
         outline = np.array([low, high] if high > low else [position])
         face = np.full(len(outline), height)
         if is_floor and ground and number == len(columns[0]) - 1:
@@ -202,8 +287,7 @@ def read_instants(file, run):
         first = int(np.searchsorted(time, contact))
         begin = max(0, min(first - ROWS_BEFORE, rows - INSTANTS))
         # Masses on point supports stay in contact for about 10/wf, whatever wf.
-        filtered = np.isfinite(run.filter_frequency) and run.filter_frequency > 0.0
-        end = int(np.searchsorted(time, contact + 10.0 / run.filter_frequency)) if filtered else 0
+        end = int(np.searchsorted(time, contact + 10.0 / run.filter_frequency)) if run.filtered else 0
         end = min(max(end, begin + INSTANTS - 1), rows - 1)
         first = min(first, begin + ROWS_BEFORE)
         after = np.linspace(first, end, INSTANTS - ROWS_BEFORE)
@@ -230,9 +314,12 @@ def read_run(folder, with_fields):
             x = np.atleast_1d(file["x"][()])
             if len(x) < 2:
                 raise PlotError(f"{path}: /x has fewer than two nodes")
-            finished = (folder / "summary.json").exists()
+            summary = read_summary(folder / "summary.json")
+            finished = bool(summary)
             run = Run(
                 folder=folder,
+                options=read_options(file),
+                summary=summary,
                 filter_frequency=float(np.ravel(file.attrs["filter_frequency"])[0]),
                 elements=int(np.ravel(file.attrs["elements"])[0]),
                 x=x,
@@ -241,12 +328,16 @@ def read_run(folder, with_fields):
                 gauges={}, energy={},
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
-                finished=finished and completed(folder / "summary.json"))
+                finished=finished and bool(summary.get("completed", True)))
             if np.any((run.gauge_node < 0) | (run.gauge_node >= len(x))):
                 raise PlotError(f"{path}: /gauge_node names a node that /x does not have")
             for table in (run.impacts, run.rests):
                 if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
                     raise PlotError(f"{path}: an impact or rest names a support that is not in /support_position")
+            run.contact = read_contact(folder, file)
+            if run.contact is not None and run.contact.force.shape[1] not in (1, len(run.supports)):
+                raise PlotError(f"{folder}/contact.csv: forces of {run.contact.force.shape[1]} supports, "
+                                f"results.h5 has {len(run.supports)}")
             if "supports/lift" in file:
                 lift = file["supports/lift"][()]
                 run.lift = file["contact"]["time"][:len(lift)], lift
@@ -267,8 +358,6 @@ def read_run(folder, with_fields):
         run.gauges = read_csv(folder / "gauges.csv", ["time", *columns])
     else:
         run.gauges = {"time": np.empty(0)}
-    if with_fields and (folder / "contact.csv").exists():
-        run.contact = read_csv(folder / "contact.csv", ["time", "masses", "x_min", "x_max"])
     run.energy = read_csv(folder / "energy.csv", ["time", "drift", *(name for name, *_ in ENERGY_LINES)])
     return run
 
@@ -307,16 +396,57 @@ def drawn_nodes(run):
     return run.x[::max(1, len(run.x) // (2 * BINS))]
 
 
-def energy_unit(peak):
-    """Scale and name of the unit in which an energy up to `peak` joules reads well."""
-    for scale, name in ((1e6, "MJ"), (1e3, "kJ")):
-        if peak >= scale:
-            return scale, name
-    return 1.0, "J"
+def prefixed(peak, unit):
+    """Scale and name of the unit in which something up to `peak` reads well: N, kN, MN; m, mm, \u00b5m."""
+    if not np.isfinite(peak) or peak <= 0.0:
+        return 1.0, unit
+    for scale, prefix in PREFIXES:
+        if unit in LARGEST_UNITS and scale >= 1.0:
+            if scale == 1.0 and peak >= 0.1 * (1.0 - 1e-9):
+                return 1.0, unit
+        elif peak >= scale * (1.0 - 1e-9):
+            return scale, prefix + unit
+    return PREFIXES[-1][0], PREFIXES[-1][1] + unit
 
 
-def length_unit(span):
-    return (1e-3, "mm") if span < 0.1 else (1.0, "m")
+def with_unit(value, unit, digits=4):
+    scale, name = prefixed(abs(value), unit)
+    return f"{value / scale:.{digits}g} {name}"
+
+
+class Ticks(ticker.Formatter):
+    """Numbers at ticks in a unit that is `scale` of the data's, with as many decimals as tell them apart."""
+
+    def __init__(self, scale):
+        self.scale = scale
+
+    def __call__(self, value, pos=None):
+        steps = np.diff(np.unique(self.locs)) / self.scale
+        step = steps.min() if len(steps) else abs(value) / self.scale
+        decimals = 0
+        while decimals < 9 and abs(step * 10**decimals - round(step * 10**decimals)) > 0.01 * step * 10**decimals:
+            decimals += 1
+        text = f"{value / self.scale:.{decimals}f}"
+        return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def name_axis(axis, quantity, unit, labelled=True):
+    """What an `XAxis` or `YAxis` shows; its unit is chosen when all that is drawn is known."""
+    axis.udar_quantity = (quantity if labelled else None, unit)
+
+
+def choose_units(figure):
+    """Every axis that has a quantity is told in the unit that suits its limits."""
+    for axes in figure.axes:
+        if hasattr(axes.yaxis, "udar_quantity") and axes.dataLim.height == 0.0 and axes.dataLim.y0 == 0.0:
+            axes.set_ylim(-1.0, 1.0)  # nothing but zeros
+        for axis in (axes.xaxis, axes.yaxis):
+            if hasattr(axis, "udar_quantity"):
+                quantity, unit = axis.udar_quantity
+                scale, name = prefixed(np.abs(axis.get_view_interval()).max(), unit)
+                axis.set_major_formatter(Ticks(scale))
+                if quantity:
+                    axis.set_label_text(f"{quantity} [{name}]")
 
 
 def rest_intervals(run):
@@ -345,10 +475,6 @@ class Pen:
     """Makes the figures: holds what all of them share, writes them and keeps the list of files."""
 
     def __init__(self, output, formats, dpi, title):
-        import matplotlib
-        matplotlib.use("Agg")
-        from matplotlib import pyplot
-        self.plt = pyplot
         self.output, self.formats, self.dpi, self.title = output, formats, dpi, title
         pyplot.rcParams.update({
             "font.size": 11, "axes.titlesize": 11, "axes.labelsize": 11, "legend.fontsize": 10,
@@ -360,56 +486,90 @@ class Pen:
 
     def figure(self, width, height, rows=1, columns=1, **options):
         """A figure and its axes, always as a rows-by-columns array."""
-        figure, axes = self.plt.subplots(rows, columns, figsize=(width, height), squeeze=False,
-                                         constrained_layout=True, **options)
-        return figure, axes
+        return pyplot.subplots(rows, columns, figsize=(width, height), squeeze=False, constrained_layout=True,
+                               **options)
 
     def write(self, figure, name, headline, runs, times=None):
-        """Titles, saves and closes a figure; prints each file written."""
+        """Titles, what the runs said against themselves, saves and closes a figure; prints each file written."""
+        choose_units(figure)
+        width = figure.get_figwidth()
+        doubts = list(dict.fromkeys(f"{label}: {doubt}" if len(runs) > 1 else doubt
+                                    for run, label in zip(runs, run_labels(runs)) for doubt in run.doubts))
+        if doubts:
+            shown = doubts[:MAX_DOUBTS] + ([f"{len(doubts) - MAX_DOUBTS} more"] if len(doubts) > MAX_DOUBTS else [])
+            text = "\n".join(textwrap.fill(f"Warning: {doubt}", int(width * 13)) for doubt in shown)
+            figure.supxlabel(text, x=0.01, ha="left", fontsize=9, color=VERMILLION)
         self.save(figure, name, f"{with_title(self, headline)}\n{describe(runs, times)}")
 
     def save(self, figure, name, title):
-        figure.suptitle(title, fontsize=12, linespacing=1.5)
+        lines = [textwrap.fill(line, int(figure.get_figwidth() * 10.5)) for line in title.splitlines()]
+        figure.suptitle("\n".join(lines), fontsize=12, linespacing=1.5)
         for kind in self.formats:
             path = self.output / f"{name}.{kind}"
             metadata = {"Date": None} if kind == "svg" else None
             figure.savefig(path, dpi=self.dpi, metadata=metadata)
             print(path, flush=True)
-        self.plt.close(figure)
+        pyplot.close(figure)
 
 
 def describe(runs, times=None):
-    """N, wf and the times shown, as the second line of a title."""
-    def joined(values):
-        return ", ".join(dict.fromkeys(values))
-    elements, filters = joined(str(run.elements) for run in runs), joined(run.filter_label for run in runs)
+    """What the runs have in common and the times shown, as the second line of a title."""
+    parts = [f"{len(runs)} runs"] if len(runs) > 1 else []
+    if len(set(run.elements for run in runs)) == 1:
+        parts.append(f"N = {runs[0].elements} elements")
+    if len(set(run.filter_label for run in runs)) == 1:
+        parts.append(runs[0].filter_label)
     begin, end = times or (min(run.begin for run in runs), max(run.end for run in runs))
+    scale, unit = prefixed(max(abs(begin), abs(end)), "s")
     unfinished = "" if all(run.finished for run in runs) else " (not finished)"
-    return f"N = {elements} elements, {filters}, t = {begin:.4g} to {end:.4g} s{unfinished}"
+    return ", ".join([*parts, f"t = {begin / scale:.4g} to {end / scale:.4g} {unit}{unfinished}"])
 
 
 def run_labels(runs):
-    labels = [run.filter_label for run in runs]
-    if len(set(run.elements for run in runs)) > 1:
-        labels = [f"{label}, N = {run.elements}" for label, run in zip(labels, runs)]
-    if len(set(labels)) < len(labels):
-        labels = [f"{label} ({run.folder.resolve().name})" for label, run in zip(labels, runs)]
-    return labels
+    """What tells the runs apart: filter frequency, mesh and, where that is not enough, the name of the folder."""
+    parts = [[] for _ in runs]
+    for words in ([run.filter_label for run in runs], [f"N = {run.elements}" for run in runs]):
+        if len(set(words)) > 1:
+            for part, word in zip(parts, words):
+                part.append(word)
+    if len(set(map(tuple, parts))) < len(parts):
+        parts = [[run.folder.resolve().name, *part] for run, part in zip(runs, parts)]
+    return [", ".join(part) for part in parts]
 
 
-def set_time_axis(axis, runs):
+def line_of(number):
+    """Colour and dash of one of several curves; colours come round after seven, then with another dash."""
+    return {"color": SERIES[number % len(SERIES)], "linestyle": DASHES[number // len(SERIES) % len(DASHES)]}
+
+
+def set_time_axis(axis, runs, labelled=True):
     begin, end = min(run.begin for run in runs), max(run.end for run in runs)
     axis.set_xlim(begin, end if end > begin else begin + 1.0)
+    name_axis(axis.xaxis, "time", "s", labelled)
+
+
+def set_beam_axis(axis, run, which="y", labelled=True):
+    pad = 0.03 * np.ptp(run.x)
+    getattr(axis, f"set_{which}lim")(run.x.min() - pad, run.x.max() + pad)
+    name_axis(getattr(axis, f"{which}axis"), "x along the beam", "m", labelled)
 
 
 def say_empty(axis, text):
     axis.text(0.5, 0.5, text, transform=axis.transAxes, ha="center", va="center", color=GREY, fontsize=13)
 
 
-def legend_above(axis, handles, labels, columns):
-    """A legend between the figure's title and the panel, at the right."""
-    axis.legend(handles, labels, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=columns,
-                borderaxespad=0.1, handlelength=2.0, columnspacing=1.4)
+def legend_columns(width, labels):
+    """How many columns of a legend fit into so many inches."""
+    room = width * 9.5  # characters of its size
+    return int(min(len(labels), max(1, room // (max(map(len, labels)) + 7)))) if labels else 1
+
+
+def legend_above(axis, handles, labels):
+    """A legend between the figure's title and that of the panel, in as many columns as the figure is wide."""
+    columns = legend_columns(axis.figure.get_figwidth(), labels)
+    axis.legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns,
+                borderaxespad=1.9 if axis.get_title("left") else 0.2, borderpad=0.0, handlelength=2.0,
+                columnspacing=1.4)
 
 
 def match_gauge(run, x):
@@ -435,9 +595,9 @@ def mark_impacts(axis, run, node, marker, colour):
 
 
 def draw_gauges(pen, runs, chosen):
-    from matplotlib.lines import Line2D
     reference, several = runs[0], len(runs) > 1
-    figure, axes = pen.figure(9.5, 1.2 + 1.75 * len(chosen), len(chosen), sharex=True, sharey=True)
+    height = min(1.75, max(1.0, 30.0 / len(chosen)))
+    figure, axes = pen.figure(9.5, 1.2 + height * len(chosen), len(chosen), sharex=True, sharey=True)
     marked = held = False
     for axis, gauge in zip(axes[:, 0], chosen):
         node = reference.gauge_node[gauge]
@@ -461,14 +621,13 @@ def draw_gauges(pen, runs, chosen):
                 else:
                     heights.add(run.supports[k].height)
             marked |= mark_impacts(axis, run, own_node, "^v"[number % 2], mass_colour if several else VERMILLION)
-        for height in sorted(heights):
+        for level in sorted(heights):
             held = True
-            axis.axhline(height, color=GREY, linewidth=1.0, linestyle="-", zorder=1.8)
-        where = f"gauge {gauge}, x = {reference.x[node]:g} m"
-        names = [reference.supports[k] for k in reference.supports_of_node(node)]
-        where += "".join(" (on the floor)" if s.is_floor else " (on a support)" for s in names[:1])
-        axis.set_title(where, loc="left", pad=3)
-        axis.set_ylabel("y [m]")
+            axis.axhline(level, color=GREY, linewidth=1.0, linestyle="-", zorder=1.8)
+        where = f"gauge {gauge}, x = {with_unit(reference.x[node], 'm')}"
+        under = [reference.supports[k] for k in reference.supports_of_node(node)]
+        axis.set_title(where + place_of(under), loc="left", pad=3)
+        name_axis(axis.yaxis, "y", "m")
     if several:
         handles = [Line2D([], [], color=SERIES[k % len(SERIES)]) for k in range(len(runs))]
         labels = run_labels(runs)
@@ -483,10 +642,20 @@ def draw_gauges(pen, runs, chosen):
     if held:
         handles.append(Line2D([], [], color=GREY, linewidth=1.0))
         labels.append("support")
-    legend_above(axes[0, 0], handles, labels, columns=min(6, len(labels)))
-    axes[-1, 0].set_xlabel("time [s]")
+    legend_above(axes[0, 0], handles, labels)
     set_time_axis(axes[-1, 0], runs)
     pen.write(figure, "gauges", "Positions of masses and line at the gauges", runs)
+
+
+def place_of(supports):
+    """What a node stands on or under, in brackets."""
+    if not supports:
+        return ""
+    if len({support.side for support in supports}) > 1:
+        return " (between supports below and above)"
+    if supports[0].is_floor:
+        return " (on the floor)"
+    return " (on a support)" if supports[0].side > 0 else " (under a support)"
 
 
 def draw_drift(axis, time, drift, **style):
@@ -499,18 +668,15 @@ def draw_drift(axis, time, drift, **style):
 def draw_energy(pen, run):
     energy = run.energy
     shown = [line for line in ENERGY_LINES if line[0] not in SELDOM or np.any(energy[line[0]])]
-    peak = max((np.nanmax(np.abs(energy[name]), initial=0.0) for name, *_ in shown), default=0.0)
-    scale, unit = energy_unit(peak)
     figure, axes = pen.figure(9.5, 6.5, 2, sharex=True, gridspec_kw={"height_ratios": [3.2, 1]})
     upper, lower = axes[:, 0]
     for name, label, colour, dash in shown:
-        upper.plot(*thin(energy["time"], energy[name] / scale), color=colour, linestyle=dash, label=label,
-                   linewidth=1.6 if name == "total" else 1.3)
-    upper.set_ylabel(f"energy [{unit}]")
-    upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=3, borderaxespad=0.2)
+        upper.plot(*thin(energy["time"], energy[name]), color=colour, linestyle=dash, label=label,
+                   marker="." if len(energy["time"]) == 1 else None, linewidth=1.6 if name == "total" else 1.3)
+    name_axis(upper.yaxis, "energy", "J")
+    legend_above(upper, *upper.get_legend_handles_labels())
     draw_drift(lower, energy["time"], energy["drift"], color=BLACK)
     lower.set_ylabel("|drift| [-]")
-    lower.set_xlabel("time [s]")
     if not len(energy["time"]):
         say_empty(upper, "no rows yet")
     set_time_axis(lower, [run])
@@ -521,30 +687,35 @@ def draw_energy_of_several(pen, runs):
     shown = [line for line in ENERGY_LINES if line[0] in
              ("kinetic", "line_strain", "fictitious_springs", "load_potential", "lost_in_impacts")]
     peak = max(np.nanmax(np.abs(run.energy[name]), initial=0.0) for run in runs for name, *_ in shown)
-    scale, unit = energy_unit(peak)
-    figure, axes = pen.figure(11.5, 8.0, 3, 2, sharex=True)
+    labels = run_labels(runs)
+    columns = legend_columns(11.5, labels)
+    strip = -(-len(runs) // columns) * 0.25  # a row of its own for the legend, which is wider than a panel
+    figure = pyplot.figure(figsize=(11.5, 8.0 + strip), constrained_layout=True)
+    grid = figure.add_gridspec(4, 2, height_ratios=[strip, 2.5, 2.5, 2.5])
+    axes = np.array([[figure.add_subplot(grid[row, column]) for column in range(2)] for row in range(1, 4)])
     for axis, (name, label, *_) in zip(axes.flat, shown):
-        for number, run in enumerate(runs):
-            axis.plot(*thin(run.energy["time"], run.energy[name] / scale), color=SERIES[number % len(SERIES)],
-                      linestyle="-" if number % 2 == 0 else (0, (4, 1.2)))
-        if not any(np.any(run.energy[name]) for run in runs):
-            axis.set_ylim(-0.05 * peak / scale, 1.05 * peak / scale if peak else 1.0)
         axis.set_title(label, loc="left", pad=3)
-        axis.set_ylabel(f"energy [{unit}]")
+        for number, run in enumerate(runs):
+            axis.plot(*thin(run.energy["time"], run.energy[name]), **line_of(number))
+        if not any(np.any(run.energy[name]) for run in runs):
+            axis.set_ylim(-0.05 * peak, 1.05 * peak if peak else 1.0)
+        name_axis(axis.yaxis, "energy", "J")
     drift = axes.flat[len(shown)]
     for number, run in enumerate(runs):
-        draw_drift(drift, run.energy["time"], run.energy["drift"], color=SERIES[number % len(SERIES)])
+        draw_drift(drift, run.energy["time"], run.energy["drift"], **line_of(number))
     drift.set_title("error of the energy balance", loc="left", pad=3)
     drift.set_ylabel("|drift| [-]")
-    for axis in axes[-1]:
-        axis.set_xlabel("time [s]")
-    set_time_axis(drift, runs)
-    legend_above(axes[0, 1], axes[0, 0].get_lines(), run_labels(runs), columns=min(3, len(runs)))
+    for row, axis in zip((0, 0, 1, 1, 2, 2), axes.flat):
+        set_time_axis(axis, runs, labelled=row == 2)
+        axis.tick_params(labelbottom=row == 2)
+    above = figure.add_subplot(grid[0, :])
+    above.axis("off")
+    above.legend(axes[0, 0].get_lines(), labels, loc="center", ncol=columns, borderaxespad=0.0)
     pen.write(figure, "energy", "Energy, and error of its balance", runs)
 
 
 def shade_supports(axis, run):
-    for support in run.supports:
+    for support in run.supports if len(run.supports) <= MAX_SHADES else ():
         if support.high > support.low:
             axis.axhspan(support.low, support.high, color="#e4e4e4", linewidth=0, zorder=0.5)
         else:
@@ -553,7 +724,7 @@ def shade_supports(axis, run):
 
 def shade_supports_upright(axis, run):
     for support in run.supports:
-        if support.is_floor:
+        if support.is_floor or len(run.supports) > MAX_SHADES:
             continue
         if support.high > support.low:
             axis.axvspan(support.low, support.high, color="#e4e4e4", linewidth=0, zorder=0.5)
@@ -574,12 +745,63 @@ def contact_cells(run, time_edges, x_edges):
     return impulse, np.cumsum(change[:, :-1], axis=1) > 0
 
 
+def draw_spans(axis, run):
+    """When each support gave an impulse, as bars at its place; of wide ones the outermost nodes in contact, as dots.
+
+    Returns the handles of a legend.
+    """
+    contact, length = run.contact, np.ptp(run.x)
+    spans = contact.spans() if contact is not None else []
+    if not any(map(len, spans)):
+        say_empty(axis, "no contact")
+        return []
+    handles = {}
+    reach = apart(run, 0.022 * length)
+    both = len({support.side for support in run.supports}) > 1
+    for own, support in zip(spans, [None] if contact.together else run.supports):
+        if not len(own):
+            continue
+        if support is None or support.high - support.low > 0.1 * length:
+            seen = np.isfinite(contact.x_min)
+            if support is not None:
+                seen &= (contact.x_max >= support.low) & (contact.x_min <= support.high)
+            step = max(1, int(seen.sum()) // BINS)
+            for edge in (contact.x_min, contact.x_max):
+                axis.plot(contact.time[seen][::step], edge[seen][::step], ".", color=BLUE, markersize=2.5, zorder=2)
+            handles["outermost nodes in contact"] = Line2D([], [], linestyle="none", marker=".", color=BLUE)
+            continue
+        # A point, and an impact, would not be seen.
+        low, high = support.low - reach, support.high + reach
+        if both:  # two of them may share a place
+            low, high = (low, support.high) if support.side > 0 else (support.low, high)
+        begin, end = widened(own, 0.003 * (run.end - run.begin)).T
+        colour = ORANGE if both and support.side < 0 else SKY
+        bars = [[(a, low), (b, low), (b, high), (a, high)] for a, b in zip(begin, end)]
+        axis.add_collection(collections.PolyCollection(bars, color=colour, linewidth=0.0, zorder=1))
+        side = (", below" if support.side > 0 else ", above") if both else ""
+        handles[f"in contact{side}"] = Patch(color=colour)
+    for label, handle in handles.items():
+        handle.set_label(label)
+    return list(handles.values())
+
+
+def apart(run, wanted):
+    """`wanted`, or as much less as keeps what is drawn about different supports apart."""
+    gaps = np.diff(np.unique([support.position for support in run.supports]))
+    return min(wanted, 0.4 * gaps.min()) if len(gaps) else wanted
+
+
+def widened(spans, least):
+    """Rows (begin, end), each at least so long about its middle."""
+    half = np.maximum(np.diff(spans), least) / 2
+    return spans.mean(axis=1)[:, None] + half * [-1.0, 1.0]
+
+
 def draw_contacts(pen, runs):
-    from matplotlib import colors, ticker
-    from matplotlib.patches import Patch
     sizes = [np.abs(run.impacts["impulse"]) for run in runs]
     coarse = any(len(run.impacts["time"]) > MAX_DOTS or len(run.rests["time"]) > MAX_DOTS for run in runs)
-    figure, axes = pen.figure(9.5, 1.3 + (3.7 if len(runs) == 1 else 2.9) * len(runs), len(runs), sharex=True)
+    height = 3.7 if len(runs) == 1 else min(2.6, max(1.3, 12.0 / len(runs)))
+    figure, axes = pen.figure(9.5, 1.3 + height * len(runs), len(runs), sharex=True)
     begin, end = min(run.begin for run in runs), max(run.end for run in runs)
     end = end if end > begin else begin + 1.0
     cells = []
@@ -592,16 +814,22 @@ def draw_contacts(pen, runs):
         sizes = [impulse[impulse > 0] for _, impulse, _ in cells]
     positive = np.concatenate([size[size > 0] for size in sizes])
     norm, wide = None, False
+    scale, unit = 1.0, "N s"
     if len(positive):
         low, high = positive.min(), positive.max()
         wide = high > 30 * low
+        scale, unit = prefixed(high, "N s")
         norm = colors.LogNorm(max(low, 1e-6 * high), high) if wide else colors.Normalize(0.0, high)
-    coloured = None
+    coloured, handles = None, {}
     # Without its palest end, which is lost on white.
-    warm = colors.ListedColormap(pen.plt.get_cmap("inferno_r")(np.linspace(0.15, 0.95, 256)))
+    warm = colors.ListedColormap(pyplot.get_cmap("inferno_r")(np.linspace(0.15, 0.95, 256)))
     for number, (axis, run) in enumerate(zip(axes[:, 0], runs)):
         shade_supports(axis, run)
-        if coarse:
+        if run.supports and len(run.supports) <= MAX_SHADES:
+            handles["support"] = Patch(color="#d0d0d0", label="support")
+        if not len(run.impacts["time"]) and not len(run.rests["time"]):
+            handles |= {handle.get_label(): handle for handle in draw_spans(axis, run)}
+        elif coarse:
             x_edges, impulse, resting = cells[number]
             axis.pcolormesh(time_edges, x_edges, np.ma.masked_where(~resting, resting), rasterized=True,
                             cmap=colors.ListedColormap([SKY]), zorder=1)
@@ -617,34 +845,34 @@ def draw_contacts(pen, runs):
                                         s=8 + 42 * size[strong_last] / norm.vmax,
                                         c=np.clip(size[strong_last], norm.vmin, None), norm=norm, cmap=warm,
                                         edgecolors="white", linewidths=0.4, zorder=2, rasterized=len(size) > 3000)
-        if not len(run.impacts["time"]) and not len(run.rests["time"]):
-            say_empty(axis, "no impacts")
-        pad = 0.03 * np.ptp(run.x)
-        axis.set_ylim(run.x.min() - pad, run.x.max() + pad)
-        axis.set_ylabel("x along the beam [m]")
+        if len(run.rests["time"]):
+            handles["mass at rest"] = Patch(color=SKY, label="mass at rest")
+        set_beam_axis(axis, run, labelled=len(runs) <= 4 or number == len(runs) // 2)
         count = f"{len(run.impacts['time'])} impacts"
+        if run.options.get("contact_surface") == "line" or (not run.filtered and not len(run.impacts["time"])):
+            count = "contact on the line" if not len(run.impacts["time"]) else f"contact on the line, {count}"
         axis.set_title(f"{run_labels(runs)[number]}: {count}" if len(runs) > 1 else count, loc="left", pad=3)
     if coloured is not None:
-        label = "impulse of the impact [N s]"
+        label = f"impulse of the impact [{unit}]"
         if coarse:
-            label = f"impulse per cell [N s]\n({(end - begin) / 600:.2g} s by {np.diff(cells[0][0])[0]:.2g} m)"
+            label = (f"impulse per cell [{unit}]\n({with_unit((end - begin) / 600, 's', 2)} by "
+                     f"{with_unit(np.diff(cells[0][0])[0], 'm', 2)})")
         bar = figure.colorbar(coloured, ax=list(axes[:, 0]), label=label, pad=0.015, fraction=0.05, aspect=30)
+        bar.formatter = ticker.FuncFormatter(lambda value, _: f"{value / scale:g}")
         if wide:
-            bar.ax.yaxis.set_minor_formatter(ticker.LogFormatterSciNotation(minor_thresholds=(2.5, 0.6)))
-    handles = [Patch(color="#d0d0d0", label="support")]
-    if any(len(run.rests["time"]) for run in runs):
-        handles.append(Patch(color=SKY, label="mass at rest"))
-    legend_above(axes[0, 0], handles, [handle.get_label() for handle in handles], columns=2)
-    axes[-1, 0].set_xlabel("time [s]")
-    axes[-1, 0].set_xlim(begin, end)
+            bar.locator = ticker.LogLocator(subs=(1.0,) if norm.vmax > 300 * norm.vmin else (1.0, 2.0, 5.0))
+            bar.ax.yaxis.set_minor_formatter(ticker.NullFormatter())
+        bar.update_ticks()
+    legend_above(axes[0, 0], list(handles.values()), list(handles))
+    set_time_axis(axes[-1, 0], runs)
     pen.write(figure, "contacts", "Contacts: which masses hit, when, how hard", runs)
 
 
-def draw_supports_side(axis, run, time, unit, thickness):
+def draw_supports_side(axis, run, time, thickness):
     """Supports seen from the side, on their side of the beam: points as wedges, those with a width as blocks."""
-    half = 0.012 * np.ptp(run.x)
+    half = apart(run, 0.012 * np.ptp(run.x))
     for number, support in enumerate(run.supports):
-        face = (support.face + run.lift_of(number, time)) / unit
+        face = support.face + run.lift_of(number, time)
         top, foot = face[0], np.min(support.side * face) * support.side - support.side * thickness
         if support.high > support.low:
             outline = [*support.x, support.high, support.low], [*face, foot, foot]
@@ -658,9 +886,7 @@ def draw_deflection(pen, run):
     origin, side = min(contacts, default=(0.0, 1.0))
     heights = np.concatenate([run.line_rows.ravel(), *[support.face for support in run.supports]])
     heights = heights[np.isfinite(heights)]
-    span = np.ptp(heights) if len(heights) else 1.0
-    unit, unit_name = length_unit(span)
-    span = span / unit if span > 0 else 1.0
+    span = (np.ptp(heights) if len(heights) else 0.0) or 0.1 * np.ptp(run.x)
     x, show_masses, count = drawn_nodes(run), len(run.x) <= 81, len(run.instants)
     # Towards the support and away from it in panels of their own: laid over each other they cannot be read.
     turn = int(np.argmin(side * np.nan_to_num(run.line_rows).mean(axis=1))) + 1 if count else 0
@@ -669,128 +895,156 @@ def draw_deflection(pen, run):
     if not contacts or turn >= count:
         halves = [(0, count, "")]
     figure, axes = pen.figure(11.5 if len(halves) > 1 else 9.5, 5.4, 1, len(halves), sharey=True)
-    colours = pen.plt.get_cmap("viridis")(np.linspace(0.0, 0.92, max(2, count)))
+    shades = pyplot.get_cmap("viridis")(np.linspace(0.0, 0.92, max(2, count)))
+    since = run.instants - origin if contacts else run.instants
+    scale, unit = prefixed(np.abs(since).max() if count else 0.0, "s")
+    decimals = max(0, 1 - int(np.floor(np.log10(np.diff(since).min() / scale)))) if count > 1 else 1
     for axis, (first, last, title) in zip(axes[0], halves):
-        draw_supports_side(axis, run, origin, unit, 0.09 * span)
+        draw_supports_side(axis, run, origin, 0.09 * span)
         for row in range(first, last):
-            after = run.instants[row] - origin
-            label = f"{after * 1e3:+.1f} ms" if contacts else f"{run.instants[row]:.4g} s"
-            axis.plot(x, run.line_rows[row] / unit, color=colours[row], linewidth=1.5, label=label, zorder=3)
+            label = f"{since[row] / scale:{'+' if contacts else ''}.{decimals}f} {unit}"
+            axis.plot(x, run.line_rows[row], color=shades[row], linewidth=1.5, label=label, zorder=3)
             if show_masses:
-                axis.plot(x, run.mass_rows[row] / unit, linestyle="none", marker="o", markersize=3,
-                          color=colours[row], zorder=3.5)
+                axis.plot(x, run.mass_rows[row], linestyle="none", marker="o", markersize=3,
+                          color=shades[row], zorder=3.5)
         axis.set_title(title, loc="left", pad=3)
-        axis.set_xlabel("x along the beam [m]")
-        axis.set_xlim(run.x.min() - 0.02 * np.ptp(run.x), run.x.max() + 0.02 * np.ptp(run.x))
-    axes[0, 0].set_ylabel(f"y [{unit_name}]")
+        set_beam_axis(axis, run, "x")
+    name_axis(axes[0, 0].yaxis, "y", "m")
     if count:
         handles, labels = (sum(parts, []) for parts in zip(*(axis.get_legend_handles_labels() for axis in axes[0])))
         axes[0, -1].legend(handles, labels, loc="center left", bbox_to_anchor=(1.01, 0.5),
-                           title=f"time from the first\ncontact, t = {origin:.4g} s" if contacts else "time")
+                           title=f"time from the first\ncontact, t = {with_unit(origin, 's')}" if contacts else "time")
     else:
-        say_empty(axes[0, 0], "no field rows yet")
+        say_empty(axes[0, 0], "no field rows" if run.finished else "no field rows yet")
     headline = "Line around the first contact" if contacts else "Line"
     pen.write(figure, "deflection", headline + (", masses as dots" if show_masses else ""), [run],
               times=(run.instants[0], run.instants[-1]) if count else None)
 
 
+def draw_supports_in_time(pen, figure, axis, run, values, quantity, unit):
+    """What each support gave over time: curves, or with many supports a map over time and place."""
+    names = [support.name for support in run.supports] if not run.contact.together else ["all supports together"]
+    time = run.contact.time
+    if len(names) <= len(SERIES):
+        for number, name in enumerate(names):
+            axis.plot(*thin(time, values[:, number]), color=SERIES[number], linestyle=DASHES[number % len(DASHES)],
+                      label=name)
+        name_axis(axis.yaxis, quantity, unit)
+        legend_above(axis, *axis.get_legend_handles_labels())
+        return
+    order = np.argsort([support.position for support in run.supports], kind="stable")
+    place = np.array([support.position for support in run.supports])[order]
+    between = (place[1:] + place[:-1]) / 2
+    edges = np.concatenate([[place[0] - (between[0] - place[0])], between, [place[-1] + (place[-1] - between[-1])]])
+    width = max(1, len(time) // BINS)
+    first = np.arange(0, len(time), width)
+    both = [reduce.reduceat(values[:, order], first, axis=0) for reduce in (np.minimum, np.maximum)]
+    shown = np.where(np.abs(both[0]) > np.abs(both[1]), *both)  # of each bin the value of largest size
+    peak = np.abs(shown).max(initial=0.0)
+    scale, name = prefixed(peak, unit)
+    signed = shown.min(initial=0.0) < 0.0 and shown.max(initial=0.0) > 0.0
+    limit = {"vmin": -peak, "vmax": peak} if signed else {"vmin": 0.0, "vmax": peak or 1.0}
+    begin = np.concatenate([time[:1] - np.diff(time[:2]).sum(), time[:-1]])[first]
+    shown = np.ma.masked_equal(shown if signed else np.abs(shown), 0.0)  # none is white
+    filled = axis.pcolormesh(np.append(begin, time[-1]), edges, shown.T, rasterized=True,
+                             cmap="RdBu_r" if signed else "viridis_r", **limit)
+    bar = figure.colorbar(filled, ax=axis, label=f"{quantity} [{name}]", pad=0.015, fraction=0.05, aspect=20)
+    bar.formatter = ticker.FuncFormatter(lambda value, _: f"{value / scale:g}")
+    bar.update_ticks()
+    set_beam_axis(axis, run)
+
+
 def draw_impulses(pen, run):
-    from matplotlib import cm, colors
-    time, support = run.impacts["time"], np.asarray(run.impacts["support"]).astype(int)
-    count = len(run.supports)
-    curves = []
-    for number in range(count):
-        hits = support == number
-        total = np.concatenate([[0.0], np.cumsum(run.impacts["impulse"][hits])])
-        curves.append((np.concatenate([[run.begin], time[hits], [run.end]]), np.append(total, total[-1])))
-    peak = max(np.nanmax(np.abs(total)) for _, total in curves)
-    unit, name = (1e3, "kN s") if peak >= 1e4 else (1.0, "N s")
-    figure, axes = pen.figure(9.5, 4.6)
+    """What each support has given so far, by impacts and by forces."""
+    contact = run.contact
+    figure, axes = pen.figure(9.5, 4.6 if len(run.supports) <= len(SERIES) else 7.0,
+                              1 if len(run.supports) <= len(SERIES) else 2)
     axis = axes[0, 0]
-    few = count <= len(SERIES)
-    dashes = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (5, 1.5, 1.5, 1.5)))
-    shades = pen.plt.get_cmap("viridis")
-    for number, (own, total) in enumerate(curves):
-        axis.step(*thin_steps(own, total / unit), where="post", linestyle=dashes[number % len(dashes)] if few else "-",
-                  color=SERIES[number] if few else shades(number / (count - 1)),
-                  label=f"{run.supports[number].name}\n({len(own) - 2} impacts)")
-    if few:
-        axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-    else:
-        figure.colorbar(cm.ScalarMappable(colors.Normalize(0, count - 1), shades), ax=axis,
-                        label="number of the support", pad=0.015, fraction=0.05, aspect=30)
-    if not len(time):
-        say_empty(axis, "no impacts")
-    axis.set_xlabel("time [s]")
-    axis.set_ylabel(f"sum of impulses [{name}]")
+    if len(contact.time):
+        draw_supports_in_time(pen, figure, axis, run, contact.impulse, "impulse so far", "N s")
+    if not np.any(contact.impulse):
+        say_empty(axis, "no contact")
     set_time_axis(axis, [run])
-    pen.write(figure, "impulses", "Impulse each support gave to the beam in impacts (up is positive)", [run])
+    if len(axes) > 1:
+        lower = axes[1, 0]
+        if not contact.together and len(contact.time):
+            place = [support.position for support in run.supports]
+            lower.bar(place, contact.impulse[-1], width=0.6 * np.ptp(run.x) / len(place), color=BLUE)
+        lower.axhline(0.0, color=GREY, linewidth=0.8)
+        name_axis(lower.yaxis, "impulse in all", "N s")
+        set_beam_axis(lower, run, "x")
+    pen.write(figure, "impulses", "Impulse each support gave to the beam, by impacts and forces (up is positive)",
+              [run])
 
 
 def draw_forces(pen, run):
-    """Mean force of each support over the window, and which part of the beam was in contact."""
+    """Mean force of each support over the window, and when which support was in contact."""
     contact = run.contact
-    names = [name for name in contact if name.startswith("force")]
-    peak = max((np.nanmax(np.abs(contact[name]), initial=0.0) for name in names), default=0.0)
-    unit, unit_name = (1e3, "kN") if peak >= 1e4 else (1.0, "N")
     figure, axes = pen.figure(9.5, 6.5, 2, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     upper, lower = axes[:, 0]
-    dashes = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (5, 1.5, 1.5, 1.5)))
-    few = len(names) <= len(SERIES)
-    for number, name in enumerate(names):
-        label = run.supports[number].name if name != "force" else "all supports together"
-        upper.plot(*thin(contact["time"], contact[name] / unit), linestyle=dashes[number % len(dashes)] if few else "-",
-                   color=SERIES[number % len(SERIES)], linewidth=1.3 if few else 0.7, label=label)
-    if few and names:
-        legend_above(upper, *upper.get_legend_handles_labels(), columns=min(3, len(names)))
-    upper.set_ylabel(f"mean force, up [{unit_name}]")
-    touched = contact["masses"] > 0
+    if len(contact.time):
+        draw_supports_in_time(pen, figure, upper, run, contact.force, "mean force, up", "N")
+    if not np.any(contact.force):
+        say_empty(upper, "no force")
     shade_supports(lower, run)
-    # A row tells of the time since the row before it.
-    begin = np.concatenate([contact["time"][:1], contact["time"][:-1]])[touched]
-    end, low, high = (contact[name][touched] for name in ("time", "x_min", "x_max"))
-    if len(end):
-        pad = 0.006 * np.ptp(run.x)  # one mass alone would not be seen
-        step = max(1, len(end) // (2 * BINS))
-        parts = np.arange(0, len(end), step)
-        low, high = np.minimum.reduceat(low, parts) - pad, np.maximum.reduceat(high, parts) + pad
-        last = np.append(parts[1:], len(end)) - 1
-        joined = end[last] - begin[parts] <= 1.5 * (end - begin).max() * step  # not over a time without contact
-        lower.bar(begin[parts][joined], (high - low)[joined], (end[last] - begin[parts])[joined], low[joined],
-                  align="edge", color=SKY, linewidth=0)
-    else:
-        say_empty(lower, "no contact")
-    lower.set_ylim(run.x.min() - 0.03 * np.ptp(run.x), run.x.max() + 0.03 * np.ptp(run.x))
-    lower.set_ylabel("contact zone, x [m]")
-    lower.set_xlabel("time [s]")
+    handles = draw_spans(lower, run)
+    if handles:
+        legend_above(lower, handles, [handle.get_label() for handle in handles])
+    set_beam_axis(lower, run)
     set_time_axis(lower, [run])
-    pen.write(figure, "forces", "Forces of the supports, and the part of the beam in contact", [run])
+    window = f", mean over {with_unit(contact.window, 's', 3)}" if contact.window else ""
+    pen.write(figure, "forces", f"Forces of the supports{window}, and where the beam was in contact", [run])
 
 
 def draw_envelope(pen, run):
-    """Least and greatest bending moment at the nodes and shear force in the elements."""
-    figure, axes = pen.figure(9.5, 6.5, 2, sharex=True)
-    for axis, name, label, kilo, colour in ((axes[0, 0], "moment", "bending moment", "kN m", BLUE),
-                                            (axes[1, 0], "shear", "shear force", "kN", VERMILLION)):
-        first = np.arange(0, len(run.envelope[f"{name}_min"]), max(1, len(run.x) // (2 * BINS)))
-        low = np.minimum.reduceat(run.envelope[f"{name}_min"], first)
-        high = np.maximum.reduceat(run.envelope[f"{name}_max"], first)
-        peak = np.nanmax(np.abs([low, high]))
-        unit, unit_name = (1e3, kilo) if peak >= 1e4 else (1.0, kilo[1:])
+    """Least and greatest bending moment at the nodes and shear force in the elements, and what the moments stress."""
+    stress = run.envelope.get("stress_max", np.array([np.nan]))
+    stressed = bool(np.isfinite(stress).any())
+    figure, axes = pen.figure(9.5, 8.5 if stressed else 6.5, 3 if stressed else 2, sharex=True)
+    first = np.arange(0, len(run.x), max(1, len(run.x) // (2 * BINS)))
+    for axis, name, label, unit, colour in ((axes[0, 0], "moment", "bending moment", "N m", BLUE),
+                                            (axes[1, 0], "shear", "shear force", "N", VERMILLION)):
+        own = first[first < len(run.envelope[f"{name}_min"])]
+        low = np.minimum.reduceat(run.envelope[f"{name}_min"], own)
+        high = np.maximum.reduceat(run.envelope[f"{name}_max"], own)
         axis.use_sticky_edges = False
         shade_supports_upright(axis, run)
         if name == "shear":  # constant in an element
-            edges = run.x[np.append(first, len(run.x) - 1)]
-            axis.stairs(high / unit, edges, baseline=low / unit, fill=True, color=colour, alpha=0.25)
-            axis.stairs(high / unit, edges, baseline=None, color=colour)
-            axis.stairs(low / unit, edges, baseline=None, color=colour)
+            edges = run.x[np.append(own, len(run.x) - 1)]
+            axis.stairs(high, edges, baseline=low, fill=True, color=colour, alpha=0.25)
+            axis.stairs(high, edges, baseline=None, color=colour)
+            axis.stairs(low, edges, baseline=None, color=colour)
         else:
-            axis.fill_between(run.x[first], low / unit, high / unit, color=colour, alpha=0.25, linewidth=0)
-            axis.plot(run.x[first], high / unit, run.x[first], low / unit, color=colour)
+            axis.fill_between(run.x[own], low, high, color=colour, alpha=0.25, linewidth=0)
+            axis.plot(run.x[own], high, run.x[own], low, color=colour)
         axis.axhline(0.0, color=GREY, linewidth=0.8)
-        axis.set_ylabel(f"{label} [{unit_name}]")
-    axes[1, 0].set_xlabel("x along the beam [m]")
-    pen.write(figure, "envelope", "Envelopes of bending moment and shear force", [run])
+        name_axis(axis.yaxis, label, unit)
+    if stressed:
+        draw_stress(axes[2, 0], run, first)
+    set_beam_axis(axes[-1, 0], run, "x")
+    what = ", and the bending stress" if stressed else ""
+    pen.write(figure, "envelope", f"Envelopes of bending moment and shear force{what}", [run])
+
+
+def draw_stress(axis, run, first):
+    """Largest bending stress at the nodes, where it was largest, and the yield stress if that is not far away."""
+    stress = run.envelope["stress_max"]
+    used = run.envelope.get("utilisation_max", np.full_like(stress, np.nan))
+    shade_supports_upright(axis, run)
+    axis.plot(run.x[first], np.fmax.reduceat(stress, first), color=GREEN)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        yields = np.where(used > 0.0, stress / used, np.nan)[first]
+    if np.nanmax(np.append(used, 0.0)) > 0.3:
+        axis.plot(run.x[first], yields, color=BLACK, linestyle=(0, (5, 1.5)), linewidth=1.0)
+    axis.set_ylim(bottom=0.0)
+    worst = int(np.nanargmax(stress))
+    text = f"largest {with_unit(stress[worst], 'Pa', 3)} at x = {with_unit(run.x[worst], 'm')}"
+    at = run.summary.get("max_bending_stress_time")
+    text += f", t = {with_unit(at, 's')}" if at is not None else ""
+    if np.isfinite(used).any():
+        text += f"; at most {100 * np.nanmax(used):.3g} % of the yield stress"
+    axis.set_title(text, loc="left", pad=3)
+    name_axis(axis.yaxis, "bending stress", "Pa")
 
 
 # ------------------------------------------------------------------------------------------------ studies
@@ -798,7 +1052,11 @@ def draw_envelope(pen, run):
 
 STUDIED = ("impulse", "rebound_velocity", "penetration", "deflection_down", "deflection_up", "energy_centre",
            "energy_vibration", "energy_springs", "energy_lost")
-AXIS_UNITS = {"filter_frequency": " [rad/s]", "ts_dt": " [s]"}
+AXES = {"filter_frequency": "filter frequency wf [rad/s]", "ts_dt": "time step [s]", "ts_rtol": "relative tolerance",
+        "ts_atol": "absolute tolerance", "beam_elements": "elements", "output_interval": "time between rows [s]"}
+QUANTITIES = {"deflection_down": "deflection down", "deflection_up": "deflection up",
+              "energy_centre": "energy of the centre of mass", "energy_vibration": "energy of vibration",
+              "energy_springs": "energy in filter springs", "energy_lost": "energy lost"}
 MARKERS = "osD^vP*"
 
 
@@ -821,6 +1079,10 @@ def read_study(folder):
     if not study["shown"]:
         raise PlotError(f"{path}: no run of the study has finished")
     return study
+
+
+def in_words(name, words):
+    return words.get(name, name.replace("_", " "))
 
 
 def study_panels(pen, study):
@@ -847,7 +1109,6 @@ def series_legend(panels):
 def draw_study_axis(pen, study, key):
     """Each quantity against one axis, the others at their finest; what the verdict is, in the legend of the panel."""
     figure, panels = study_panels(pen, study)
-    unit = AXIS_UNITS.get(key, "")
     for axis, name in panels:
         verdicts = []
         for number, series in enumerate(study["series"]):
@@ -864,17 +1125,18 @@ def draw_study_axis(pen, study, key):
             verdict = along["verdict"] if order is None else f"order {order:.2f}"
             verdicts.append(f"{series['name']}: {verdict}" if len(study["series"]) > 1 else verdict)
         axis.set_xscale("log")
-        axis.set_title("\n".join([f"{name} [{study['units'][name]}]", *verdicts]), loc="left", pad=3, fontsize=10)
-        axis.set_xlabel(key + unit)
+        title = f"{in_words(name, QUANTITIES)} [{study['units'][name]}]"
+        axis.set_title("\n".join([title, *verdicts]), loc="left", pad=3, fontsize=10)
+        axis.set_xlabel(in_words(key, AXES))
         ticks = sorted({float(run["axes"][key]) for run in study["runs"] if key in run["axes"]})
         axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
         axis.minorticks_off()
     series_legend(panels)
-    pen.save(figure, f"study-{key}", with_title(pen, f"Results against {key}\ndashed: extrapolated limit"))
+    words = in_words(key, AXES).split(" [")[0]
+    pen.save(figure, f"study-{key}", with_title(pen, f"Results against {words}\ndashed: extrapolated limit"))
 
 
 def draw_work_precision(pen, study, cost, label):
-    from matplotlib.ticker import LogLocator, NullFormatter
     figure, panels = study_panels(pen, study)
     for axis, name in panels:
         empty = True
@@ -885,7 +1147,7 @@ def draw_work_precision(pen, study, cost, label):
                 empty = False
                 axis.plot(*zip(*points), color=SERIES[number % len(SERIES)], marker=MARKERS[number % len(MARKERS)],
                           markersize=5, linestyle="none" if len(points) > 8 else "-", label=series["name"])
-        axis.set_title(name, loc="left", pad=3, fontsize=10)
+        axis.set_title(in_words(name, QUANTITIES), loc="left", pad=3, fontsize=10)
         axis.set_xlabel(label)
         axis.set_ylabel(f"error [{study['units'][name]}]")
         if empty:
@@ -893,9 +1155,9 @@ def draw_work_precision(pen, study, cost, label):
         else:
             axis.set_xscale("log")
             axis.set_yscale("log")
-            axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.xaxis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.xaxis.set_major_formatter("{x:g}")
-            axis.xaxis.set_minor_formatter(NullFormatter())
+            axis.xaxis.set_minor_formatter(ticker.NullFormatter())
     series_legend(panels)
     of = "each series' own limit" if study["reference"] == "own" else f"the limit of {study['reference']}"
     pen.save(figure, f"study-work-{cost}", with_title(pen, f"Work and precision\nerror against {of}"))
@@ -914,8 +1176,6 @@ def draw_study(options, folder):
         draw_study_axis(pen, study, key)
     draw_work_precision(pen, study, "line_solves", "line solves")
     draw_work_precision(pen, study, "wall_seconds", "wall time [s]")
-
-
 
 
 # ------------------------------------------------------------------------------------------------ command line
@@ -951,8 +1211,8 @@ def parse(arguments):
     parser = Parser(
         prog="udar-plot", description="Draws the results of one run of udar, or of several runs laid over each other.",
         epilog="One run: gauges, energy, contacts, deflection, impulses, forces, envelope. Several runs: gauges, "
-               "energy, contacts. A folder of udar-study (also written: study DIR): its results against each axis, work "
-               "against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
+               "energy, contacts. A folder of udar-study (also written: study DIR): its results against each axis, "
+               "work against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
                "as it should be.")
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
     parser.add_argument("--output", metavar="DIR",
@@ -1013,11 +1273,11 @@ def main(arguments):
     if not several:
         draw_deflection(pen, runs[0])
         if runs[0].supports:
-            draw_impulses(pen, runs[0])
             if runs[0].contact is not None:
+                draw_impulses(pen, runs[0])
                 draw_forces(pen, runs[0])
             else:
-                note(f"{runs[0].folder} has no contact.csv: no picture of forces")
+                note(f"{runs[0].folder} has no contact.csv: no pictures of impulses and forces")
         if runs[0].envelope is not None:
             draw_envelope(pen, runs[0])
         else:

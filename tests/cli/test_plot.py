@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """udar-plot on synthetic run folders in the format of docs/output.md. UDAR_PLOT: the executable."""
+import json
 import os
 import pathlib
 import subprocess
@@ -47,7 +48,8 @@ def write_csv(path, names, rows):
 
 
 def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gauges=(0.0, 2.0, 5.0, 8.0, 10.0), end=3.0,
-              restitution=0.8, gravity=GRAVITY, height=0.0, side=1.0, floor=False, finished=True, field_step=0.01):
+              restitution=0.8, gravity=GRAVITY, height=0.0, side=1.0, floor=False, finished=True, field_step=0.01,
+              summary=None):
     """A beam whose masses all bounce like balls while the line swings between them: no physics, the right format."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True)
@@ -106,7 +108,8 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
         write_csv(folder / "contact.csv", ["time", "masses", "x_min", "x_max", *names],
                   np.column_stack([row_time, zone, both]))
     if finished:
-        (folder / "summary.json").write_text('{"impacts": %d}\n' % len(impacts), encoding="utf-8")
+        text = json.dumps({"impacts": len(impacts), "max_bending_stress_time": 1.25, **(summary or {})})
+        (folder / "summary.json").write_text(text, encoding="utf-8")
     field_time = np.arange(0.0, end + 1e-9, field_step)
     with h5py.File(folder / "results.h5", "w") as file:
         file.attrs.update({"udar_version": "test", "options": f"-filter_frequency {wf}\n", "filter_frequency": wf,
@@ -128,6 +131,10 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
             moment = 2e4 * np.sin(np.pi * x / LENGTH)
             for name, values in (("moment", moment), ("shear", np.diff(moment) / np.diff(x))):
                 file[f"envelope/{name}_min"], file[f"envelope/{name}_max"] = values - 1e4, values
+            file["envelope/stress_max"] = moment / (np.pi * 0.1**3 / 4)
+            file["envelope/utilisation_max"] = file["envelope/stress_max"][()] / 2e8
+        if touching:
+            file.create_group("supports").attrs["force_window"] = 0.01
         file["impacts"] = np.array(impacts, dtype=IMPACT)
         file["rests"] = np.array(rests, dtype=REST)
         file["energy"] = np.array([tuple(row) for row in energy], dtype=[(name, "f8") for name in ENERGY])
@@ -185,10 +192,12 @@ class OneRun(PlotTest):
         labels = {"gauges": ("time [s]", "y [m]", "gauge 4, x = 10 m", "on a support", "impact"),
                   "energy": ("time [s]", "energy [kJ]", "|drift| [-]", "fictitious springs"),
                   "contacts": ("time [s]", "x along the beam [m]", "impulse of the impact [N s]"),
-                  "deflection": ("x along the beam [m]", "y [m]", "ms", "contact, t = 0.4515 s"),
-                  "impulses": ("time [s]", "sum of impulses [N s]", "support 1, x = 8 m"),
-                  "forces": ("time [s]", "mean force, up [kN]", "contact zone, x [m]", "support 1, x = 8 m"),
-                  "envelope": ("x along the beam [m]", "bending moment [kN m]", "shear force [kN]")}
+                  "deflection": ("x along the beam [m]", "y [m]", "time from the first", "contact, t = 0.4515 s"),
+                  "impulses": ("time [s]", "impulse so far [kN s]", "support 1, x = 8 m"),
+                  "forces": ("time [s]", "mean force, up [kN]", "in contact", "support 1, x = 8 m", "mean over 10 ms"),
+                  "envelope": ("x along the beam [m]", "bending moment [kN m]", "shear force [kN]",
+                               "bending stress [MPa]",
+                               "largest 25.5 MPa at x = 5 m, t = 1.25 s; at most 12.7 % of the yield stress")}
         for name, texts in labels.items():
             self.picture(files[f"{name}.png"])
             svg = files[f"{name}.svg"].read_text(encoding="utf-8")
@@ -235,8 +244,8 @@ class OneRun(PlotTest):
 
     def test_without_impacts(self):
         files, _ = self.draw(write_run(self.here / "run", gravity=0.0))
-        for name in ("contacts", "impulses"):
-            self.assertIn("no impacts", files[f"{name}.svg"].read_text(encoding="utf-8"))
+        for name in ("contacts", "impulses", "forces"):
+            self.assertIn("no contact", files[f"{name}.svg"].read_text(encoding="utf-8"))
         self.assertEqual(set(files), {f"{name}.{kind}" for name in ONE_RUN for kind in ("png", "svg")})
 
     def test_without_supports(self):
@@ -252,7 +261,7 @@ class OneRun(PlotTest):
     def test_floor_wide_supports_and_a_support_above(self):
         for name, options, expected in (("floor", {"supports": (), "floor": True}, "on the floor"),
                                         ("wide", {"supports": ((5.0, 2.0),)}, "on a support"),
-                                        ("above", {"side": -1.0, "height": 2.0}, "on a support")):
+                                        ("above", {"side": -1.0, "height": 2.0}, "under a support")):
             files, _ = self.draw(write_run(self.here / name, **options), "--dpi", "60")
             self.assertIn(expected, files["gauges.svg"].read_text(encoding="utf-8"))
             self.assertEqual(set(files), {f"{picture}.{kind}" for picture in ONE_RUN for kind in ("png", "svg")})
@@ -270,11 +279,96 @@ class OneRun(PlotTest):
             file["supports/lift"] = np.outer(0.3 * np.sin(time), np.ones(supports))
         moving, _ = self.draw(run, "--gauges", "1", "--output", self.here / "moving")
         for name in ("gauges.svg", "deflection.svg"):
-            self.assertNotEqual(at_rest[name].read_text(encoding="utf-8"), moving[name].read_text(encoding="utf-8"), name)
+            before, after = (files[name].read_text(encoding="utf-8") for files in (at_rest, moving))
+            self.assertNotEqual(before, after, name)
 
     def test_unfiltered(self):
         files, _ = self.draw(write_run(self.here / "run", wf=0.0), "--format", "svg")
         self.assertIn("N = 20 elements, unfiltered", files["gauges.svg"].read_text(encoding="utf-8"))
+
+        run = write_run(self.here / "none", wf=2e5)  # 2 / dt, what the program writes
+        with h5py.File(run / "results.h5", "a") as file:
+            file.attrs["options"] = "-beam_length 10\n-filter_frequency none\n-ts_dt 1e-5"
+        files, _ = self.draw(run, "--format", "svg")
+        svg = files["gauges.svg"].read_text(encoding="utf-8")
+        self.assertIn("N = 20 elements, unfiltered", svg)
+        self.assertNotIn("rad/s", svg)
+
+    def test_force_without_impacts(self):
+        """Contact on the line gives forces alone: impulses and times of contact come from them."""
+        run = write_run(self.here / "run", gravity=0.0)
+        with h5py.File(run / "results.h5", "a") as file:
+            file.attrs["options"] = "-contact_surface line"
+            file["support_side"][1] = -1.0
+        time = np.arange(0.0, 3.0001, 0.01)
+        force = np.outer((time > 1) & (time <= 2), [3e6, -2e6])
+        impulse = np.cumsum(0.01 * force, axis=0)
+        rows = np.column_stack([time, 0 * time, np.full((len(time), 2), np.nan), force[:, 0], impulse[:, 0],
+                                force[:, 1], impulse[:, 1]])
+        write_csv(run / "contact.csv", ["time", "masses", "x_min", "x_max", "force_0", "impulse_0", "force_1",
+                                        "impulse_1"], rows)
+        files, _ = self.draw(run)
+        for name, texts in {"impulses": ("impulse so far [MN s]", "support 0 below, x = 2 m"),
+                            "forces": ("mean force, up [MN]", "support 1 above, x = 8 m", "in contact, above"),
+                            "contacts": ("contact on the line", "in contact, below")}.items():
+            svg = files[f"{name}.svg"].read_text(encoding="utf-8")
+            for text in texts:
+                self.assertIn(text, svg, name)
+            self.assertNotIn("no contact", svg, name)
+        # In the lower panel of `forces`, two bars a third of the time long and nothing between the supports.
+        pixels = self.picture(files["forces.png"])
+        between = pixels[int(0.55 * len(pixels)):]
+        self.assertGreater(close_to(between, (86, 180, 233)), 1000)
+        self.assertGreater(close_to(between, (230, 159, 0)), 1000)
+        self.assertLess(close_to(between, (86, 180, 233)), 0.05 * between[:, :, 0].size)
+
+    def test_units_follow_what_is_drawn(self):
+        """A thousandth of the size and a billionth of the energy."""
+        run = write_run(self.here / "run")
+        for name in ("gauges", "energy", "contact"):
+            head, *rows = (run / f"{name}.csv").read_text(encoding="utf-8").splitlines()
+            scales = [1.0 if column in ("time", "x_min", "x_max") else 1e-3 if name == "gauges" else 1e-9
+                      for column in head.split(",")]
+            rows = [",".join(f"{float(text) * scale:.17g}" for text, scale in zip(row.split(","), scales))
+                    for row in rows]
+            (run / f"{name}.csv").write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+        files, _ = self.draw(run, "--format", "svg")
+        labels = {"gauges": "y [mm]", "energy": "energy [\u00b5J]", "forces": "mean force, up [\u00b5N]"}
+        for name, label in labels.items():
+            self.assertIn(label, files[f"{name}.svg"].read_text(encoding="utf-8"), name)
+
+    def test_what_a_run_warned_of_is_in_its_pictures(self):
+        warned = {"warnings": ["the energy balance is off by 7.5e-02: do not trust these curves; lower -ts_rtol"],
+                  "completed": False}
+        one, other = write_run(self.here / "one", summary=warned), write_run(self.here / "other", wf=100.0)
+        for folders in ((one,), (one, other)):
+            files, _ = self.draw(*folders, "--format", "svg", "--output", self.here / f"out{len(folders)}")
+            for name, file in files.items():
+                svg, before = file.read_text(encoding="utf-8"), "wf = 50 rad/s: " if len(folders) > 1 else ""
+                self.assertIn(f"Warning: {before}the energy balance is off by 7.5e-02: do not trust these curves<", svg)
+                self.assertIn(f"Warning: {before}stopped early, at t = 3 s", svg, name)
+                self.assertNotIn("-ts_rtol", svg, "the advice is for the terminal")
+        files, _ = self.draw(other, "--format", "svg")
+        self.assertNotIn("Warning", files["energy.svg"].read_text(encoding="utf-8"))
+
+    def test_two_hundred_supports(self):
+        """Forces over time and place instead of two hundred curves; from results.h5, contact.csv has the sums."""
+        place = np.linspace(0.1, 9.9, 200)
+        run = write_run(self.here / "run", nodes=501, supports=[(x, 0.0) for x in place])
+        table = np.genfromtxt(run / "contact.csv", delimiter=",", names=True)
+        force, impulse = (np.array([table[f"{kind}_{k}"] for k in range(200)]).T for kind in ("force", "impulse"))
+        with h5py.File(run / "results.h5", "a") as file:
+            file["supports/force"], file["supports/impulse"] = force, impulse
+        rows = np.column_stack([*(table[name] for name in ("time", "masses", "x_min", "x_max")), force.sum(axis=1),
+                                impulse.sum(axis=1)])
+        write_csv(run / "contact.csv", ["time", "masses", "x_min", "x_max", "force", "impulse"], rows)
+        files, _ = self.draw(run)
+        for name, text in (("impulses", "impulse so far [N s]"), ("forces", "mean force, up [kN]")):
+            svg = files[f"{name}.svg"].read_text(encoding="utf-8")
+            self.assertIn(text, svg)
+            self.assertIn("x along the beam [m]", svg)
+            self.assertLess(len(svg), 1_000_000, name)
+            self.picture(files[f"{name}.png"])
 
     def test_many_nodes_and_impacts_are_thinned(self):
         run = write_run(self.here / "run", nodes=100_001, supports=(), floor=True, end=1.2, field_step=0.1,
@@ -282,7 +376,7 @@ class OneRun(PlotTest):
         files, _ = self.draw(run)
         svg = files["contacts.svg"].read_text(encoding="utf-8")
         self.assertIn("impulse per cell [N s]", svg)
-        self.assertIn("(0.002 s by 0.04 m)", svg)
+        self.assertIn("(2 ms by 40 mm)", svg)
         for file in files.values():
             self.assertLess(file.stat().st_size, 3_000_000, file)
             if file.suffix == ".png":
@@ -343,6 +437,7 @@ class SeveralRuns(PlotTest):
             svg = files[f"{name}.svg"].read_text(encoding="utf-8")
             self.assertIn(">wf = 50 rad/s", svg)
             self.assertIn(">wf = 100 rad/s", svg)
+            self.assertNotIn("wf = 50 rad/s, wf", svg, "not in the title, too")
             self.assertIn("time [s]", svg)
             self.picture(files[f"{name}.png"])
         gauges = self.picture(files["gauges.png"])
@@ -353,8 +448,18 @@ class SeveralRuns(PlotTest):
         meshes = {"coarse": 21, "fine": 41, "again": 21}
         runs = [write_run(self.here / name, nodes=nodes) for name, nodes in meshes.items()]
         svg = self.draw(*runs, "--format", "svg")[0]["gauges.svg"].read_text(encoding="utf-8")
-        for label in ("N = 20 (coarse)", "N = 40 (fine)", "N = 20 (again)"):
-            self.assertIn(f">wf = 50 rad/s, {label}<", svg)
+        for label in ("coarse, N = 20", "fine, N = 40", "again, N = 20"):
+            self.assertIn(f">{label}<", svg)
+        self.assertIn("3 runs, wf = 50 rad/s, t = 0", svg)
+
+    def test_eight_runs_keep_their_panels(self):
+        """Legends take rows, not the width of a panel."""
+        runs = [write_run(self.here / f"a-run-with-a-long-name-{k}", gauges=(2.0,)) for k in range(8)]
+        files, _ = self.draw(*runs, "--format", "png", "--dpi", "60")
+        for name, share in (("energy", 0.75), ("contacts", 0.7), ("gauges", 0.8)):
+            pixels = self.picture(files[f"{name}.png"])
+            dark = (pixels[:, :, :3] < 0.6).all(axis=2)  # the axis below the lowest panels is the longest dark row
+            self.assertGreater(dark.sum(axis=1).max(), share * pixels.shape[1], name)
 
     def test_may_differ_in_gauges_and_supports(self):
         first = write_run(self.here / "a", gauges=(2.0, 5.0))
