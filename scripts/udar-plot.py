@@ -286,8 +286,7 @@ def read_instants(file, run):
         contact = min(contacts)[0]
         first = int(np.searchsorted(time, contact))
         begin = max(0, min(first - ROWS_BEFORE, rows - INSTANTS))
-        # Masses on point supports stay in contact for about 10/wf, whatever wf.
-        end = int(np.searchsorted(time, contact + 10.0 / run.filter_frequency)) if run.filtered else 0
+        end = int(np.searchsorted(time, end_of_contact(run, contact)))
         end = min(max(end, begin + INSTANTS - 1), rows - 1)
         first = min(first, begin + ROWS_BEFORE)
         after = np.linspace(first, end, INSTANTS - ROWS_BEFORE)
@@ -300,6 +299,22 @@ def read_instants(file, run):
     every = max(1, len(run.x) // (2 * BINS))
     run.line_rows, run.mass_rows = (np.array([fields[name][row][::every] for row in chosen])
                                     for name in ("line_position", "mass_position"))
+
+
+def end_of_contact(run, begin):
+    """When the first contact ends: touches follow each other in less time than it lasts so far, or 10 / wf.
+
+    Masses on point supports hop for about so long, whatever wf.
+    """
+    pause = 10.0 / run.filter_frequency if run.filtered else 0.0
+    spans = sorted(map(tuple, np.concatenate(run.contact.spans()))) if run.contact is not None else []
+    end = begin if spans else begin + pause
+    for first, last in spans:
+        if first > end + max(pause, end - begin):
+            break
+        end = max(end, last)
+    rests = spans and end >= run.contact.time[-1]  # the fall is then what there is to see
+    return begin + pause if rests else end
 
 
 def read_run(folder, with_fields):
@@ -493,8 +508,12 @@ class Pen:
         """Titles, what the runs said against themselves, saves and closes a figure; prints each file written."""
         choose_units(figure)
         width = figure.get_figwidth()
-        doubts = list(dict.fromkeys(f"{label}: {doubt}" if len(runs) > 1 else doubt
-                                    for run, label in zip(runs, run_labels(runs)) for doubt in run.doubts))
+        found = {}
+        for run, label in zip(runs, run_labels(runs)):
+            for doubt in reversed(run.doubts):  # those at the end of a run know its result
+                found.setdefault(doubt, []).append(label)
+        doubts = [doubt if len(labels) == len(runs) else f"{', '.join(labels)}: {doubt}"
+                  for doubt, labels in found.items()]
         if doubts:
             shown = doubts[:MAX_DOUBTS] + ([f"{len(doubts) - MAX_DOUBTS} more"] if len(doubts) > MAX_DOUBTS else [])
             text = "\n".join(textwrap.fill(f"Warning: {doubt}", int(width * 13)) for doubt in shown)
