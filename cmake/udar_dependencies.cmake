@@ -1,4 +1,5 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json. All headers are SYSTEM.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json.
+# All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
 find_package(MPI REQUIRED COMPONENTS C)
@@ -39,10 +40,12 @@ endfunction()
 udar_require(
   UDAR_HDF5_IS_PARALLEL
   "#include <hdf5.h>\n#ifndef H5_HAVE_PARALLEL\n#error serial\n#endif\n"
-  "udar writes results from all ranks and needs a parallel HDF5 (Debian: libhdf5-openmpi-dev); found a serial one: ${UDAR_HDF5_INCLUDE_DIRS}"
+  "udar writes results from all ranks and needs a parallel HDF5 (Debian: libhdf5-openmpi-dev); "
+    "found a serial one: ${UDAR_HDF5_INCLUDE_DIRS}"
   PkgConfig::UDAR_HDF5 MPI::MPI_C)
 udar_require(
   UDAR_PETSC_IS_REAL
   "#include <petscsys.h>\n#if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)\n#error scalar\n#endif\n"
-  "udar needs a PETSc built for real double scalars (Debian: libpetsc-real-dev); found another: ${UDAR_PETSC_INCLUDE_DIRS}"
+  "udar needs a PETSc built for real double scalars (Debian: libpetsc-real-dev); "
+    "found another: ${UDAR_PETSC_INCLUDE_DIRS}"
   PkgConfig::UDAR_PETSC MPI::MPI_C)

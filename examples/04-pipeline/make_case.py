@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Writes case.yaml: a pipeline of 1 km on 200 sleepers of uneven height. make_case.py > case.yaml"""
 import random
+import textwrap
 
 LENGTH, SLEEPERS, UNEVEN = 1000.0, 200, 0.02  # m, -, m
 
@@ -8,7 +9,15 @@ random.seed(4)
 spacing = LENGTH / SLEEPERS
 positions = ", ".join(f"{spacing * (k + 0.5):g}" for k in range(SLEEPERS))
 heights = ", ".join(f"{random.uniform(-UNEVEN, UNEVEN):.4f}" for _ in range(SLEEPERS))
-print(f"""# A steel pipeline, 1 km, dropped 0.3 m onto {SLEEPERS} sleepers whose heights differ by up to {UNEVEN * 100:g} cm. SI units.
+
+
+def listed(numbers):
+    """A list over as many lines as it needs."""
+    return "\n" + textwrap.fill(f"[{numbers}]", 120, initial_indent=4 * " ", subsequent_indent=5 * " ")
+
+
+print(f"""# A steel pipeline, 1 km, dropped 0.3 m onto {SLEEPERS} sleepers. SI units.
+# Their heights differ by up to {UNEVEN * 100:g} cm.
 # Written by make_case.py; every key is also an option of udar.
 beam:
   length: {LENGTH}            # m
@@ -22,8 +31,8 @@ gravity: 9.81               # m/s^2, downward
 initial:
   height: 0.3               # m above the mean sleeper
 support:
-  position: [{positions}]   # m
-  height: [{heights}]       # m
+  position:                 # m{listed(positions)}
+  height:                   # m{listed(heights)}
 contact:
   surface: line
 filter:

@@ -136,7 +136,8 @@ def record(point, summaries, tiny_memory):
     kept["own_seconds"] = over("own_seconds")
     kept["imbalance"] = {stage: value["median"] / mean[stage]["median"] if mean[stage]["median"] > 0.0 else 1.0
                          for stage, value in kept["seconds"].items()}
-    kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"], "line_solves": first["stepping_line_solves"],
+    kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"],
+                      "line_solves": first["stepping_line_solves"],
                       "sweeps": first["integrator_counts"].get("sweeps", 0), "impacts": first["impacts"],
                       "event_steps": first["event_steps"],
                       "rows": 1 + int(first["end_time"] / ROWS_OF_GAUGES + 1e-9)}

@@ -70,7 +70,7 @@ class Machine:
         return ranks if ranks == 1 or self.turns(ranks) == 1.0 else self.most_exclusive
 
     def bandwidth(self, ranks, footprint):
-        """Of one rank, all ranks at work [bytes/s]; footprint in bytes per rank. A core's cache serves all its ranks."""
+        """Of one rank, all ranks at work [bytes/s]; footprint in bytes per rank. A core's cache serves its ranks."""
         turns, alike = self.turns(ranks), self.exclusive(ranks)
         table = self.blocks[alike]["triad"]
         sizes = np.log([row["bytes_per_rank"] for row in table])
@@ -211,7 +211,8 @@ class Model:
         rate = self.machine.bandwidth(full, WORKING_SET * nodes)
         parts = {stage: float(self.columns(point, stage, rate, self.machine.slowdown(full)) @ self.constants[stage])
                  for stage in STAGES if stage != "output"}
-        overhead = sum(float(self.columns(point, stage, rate, self.machine.slowdown(full))[0] * self.constants[stage][0])
+        slowdown = self.machine.slowdown(full)
+        overhead = sum(float(self.columns(point, stage, rate, slowdown)[0] * self.constants[stage][0])
                        for stage in STAGES if stage != "output")
         found = {"computing and memory": sum(parts.values()) - overhead, "calls": overhead}
         law = self.machine.reduction_law()
@@ -248,7 +249,8 @@ class Model:
             parts = self.beyond(template, elements, most)
             rows.append({"elements": elements, "ranks_at_half": last, "at_the_end_of_the_ladder": last == ladder[-1],
                          "bound": bound, "seconds_per_step": sum(parts.values()), "parts": parts,
-                         "efficiency": efficiency(most), "memory_per_rank": elements / most * template["bytes_per_element"]})
+                         "efficiency": efficiency(most),
+                         "memory_per_rank": elements / most * template["bytes_per_element"]})
         return rows
 
 
@@ -265,6 +267,7 @@ def check(result):
         predicted = model.batch(batch)
         if predicted is not None:
             measured = batch["beams_per_second"]["median"]
-            rows.append({"series": "batch", "elements": batch["elements"], "ranks": batch["ranks"], "measured": measured,
+            rows.append({"series": "batch", "elements": batch["elements"], "ranks": batch["ranks"],
+                         "measured": measured,
                          "predicted": predicted, "error": predicted / measured - 1.0, "fitted": batch["ranks"] == 1})
     return model, rows

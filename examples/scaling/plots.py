@@ -134,7 +134,8 @@ def extrapolation(result, model, folder, prefix):
     for elements, colour in zip((1e6, 1e7, 1e8, 1e9, 1e10), SERIES):
         allowed = ranks[ranks * 4 <= elements]
         seconds = [sum(model.beyond(template, elements, int(count)).values()) for count in allowed]
-        axes.plot(allowed, seconds, color=colour, label=f"{elements:.0e} elements".replace("e+0", "e").replace("e+", "e"))
+        axes.plot(allowed, seconds, color=colour,
+                  label=f"{elements:.0e} elements".replace("e+0", "e").replace("e+", "e"))
         axes.plot(allowed, seconds[0] / allowed, color=colour, linestyle=":", linewidth=0.8)
     axes.set(xscale="log", yscale="log", xlabel="ranks (dotted: ideal)", ylabel="time per step, model [s]")
     finish(drawing, axes, folder, prefix + "extrapolation")
@@ -160,7 +161,8 @@ def draw_machines(results, folder):
             points = of(result, series)
             x = [p["elements" if series == "growth" else "ranks"] for p in points]
             every |= set(x)
-            axes.plot(x, [value(result, p) for p in points], color=colour, marker="o", markersize=4, label=result["name"])
+            axes.plot(x, [value(result, p) for p in points], color=colour, marker="o", markersize=4,
+                      label=result["name"])
         axes.set_ylabel(label)
         if series == "growth":
             axes.set(xscale="log", yscale="log", xlabel="elements")

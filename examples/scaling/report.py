@@ -91,7 +91,8 @@ def table_text(result, model):
         lines += ["", f"{'batch':7} {'elements':>10} {'ranks':>5} {'beams':>6} {'beams/s':>9} {'low .. high':>19}"]
         for batch in result["batch"]:
             rate = batch["beams_per_second"]
-            lines.append(f"{'':7} {batch['elements']:>10} {batch['ranks']:>5} {batch['beams']:>6} {rate['median']:>9.4g} "
+            lines.append(f"{'':7} {batch['elements']:>10} {batch['ranks']:>5} {batch['beams']:>6} "
+                         f"{rate['median']:>9.4g} "
                          f"{rate['low']:>8.4g} .. {rate['high']:<8.4g}")
     return lines
 
@@ -120,7 +121,8 @@ def model_text(result):
     lines = [f"fitted: {cost.FITTED}", "", "constants >= 0 of the kernels, in seconds:"]
     names = {"line_solve": "a call, a node and solve, the bandwidth's share",
              "local_motion": "a call, a node and call, the bandwidth's share, an impact",
-             "output": "once, a node, an element of the file, a reduction's time", "other": "a step, a node and step, the bandwidth's share, an impact"}
+             "output": "once, a node, an element of the file, a reduction's time",
+             "other": "a step, a node and step, the bandwidth's share, an impact"}
     for stage, values in model.constants.items():
         lines.append(f"  {stage:13} {', '.join(f'{value:.3g}' for value in values):45} ({names[stage]})")
     lines += ["", f"{'series':7} {'elements':>10} {'ranks':>5} {'measured':>10} {'predicted':>10} {'error':>7}"]
@@ -149,7 +151,8 @@ def extrapolation_text(result, model):
     limits = model.limits(template)
     for row in limits:
         ranks = ("more than " if row["at_the_end_of_the_ladder"] else "") + f"{row['ranks_at_half']} ranks"
-        lines.append(f"{row['elements']:>9.0e} {ranks:>21} {row['bound']:>20} {1e6 * row['seconds_per_step']:>12.0f} us "
+        lines.append(f"{row['elements']:>9.0e} {ranks:>21} {row['bound']:>20} "
+                     f"{1e6 * row['seconds_per_step']:>12.0f} us "
                      f"{row['efficiency']:>7.2f} {row['memory_per_rank'] / 1e6:>10.1f}")
     lines += ["what would have to change:"]
     lines += [f"  {bound}: {mend(bound)}" for bound in dict.fromkeys(row["bound"] for row in limits)]

@@ -42,7 +42,8 @@ def program(given, name):
     for path in [pathlib.Path(given)] if given else [ROOT / "build" / name]:
         if path.is_file():
             return path.resolve()
-    raise measure.Failure(f"no program {given or ROOT / 'build' / name}: build it, or say where with --udar and --bench")
+    raise measure.Failure(f"no program {given or ROOT / 'build' / name}: build it, "
+                          "or say where with --udar and --bench")
 
 
 def write_all(result, output):
@@ -100,7 +101,8 @@ def run(arguments):
 def tell_wrong(results):
     bad = [(result["name"], point) for result in results for point in report.wrong(result)]
     for name, point in bad:
-        print(f"scaling: {report.WRONG}: {name}: {point['series']}, {point['elements']} elements on {point['ranks']} ranks "
+        print(f"scaling: {report.WRONG}: {name}: {point['series']}, {point['elements']} elements "
+              f"on {point['ranks']} ranks "
               f"differs from one rank by {point['difference']:.1e}", file=sys.stderr)
     return 2 if bad else 0
 

@@ -315,7 +315,8 @@ def make_reference(runner, chosen, ranks):
     pilot = attempt("reference-pilot", [])
     given = options_of(runner.folder / f"reference-pilot-np{ranks}")
     if given.get("ts_adapt_type") == "none":
-        raise TuneError(f"no reference: {what} runs with fixed steps (-ts_adapt_type none), which no tolerance changes; "
+        raise TuneError(f"no reference: {what} runs with fixed steps (-ts_adapt_type none), "
+                        "which no tolerance changes; "
                         "name a set with error control: --reference petsc-options/rk-tight.opts")
     integrator = pilot.summary["integrator"]
     own = float(given.get("ts_rtol", DEFAULT_RTOL.get(integrator, 1e-8)))
@@ -443,7 +444,8 @@ def table(trials):
         else:
             figures = ["-"] * 6
         verdict = trial.verdict + (f": {trial.reason}" if trial.reason else "")
-        rows.append((str(place) if trial.verdict == QUALIFIED else "", trial.set.name, str(trial.ranks), *figures, verdict))
+        shown = str(place) if trial.verdict == QUALIFIED else ""
+        rows.append((shown, trial.set.name, str(trial.ranks), *figures, verdict))
     widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
     left = (1, len(head) - 1)  # names and verdicts; figures end on the right
     return "\n".join(
@@ -589,10 +591,12 @@ def words(text):
 def parse(arguments):
     parser = Parser(
         prog="tune.py", description="Tries option sets on a case and ranks those that agree with a reference by time.",
-        epilog="Exit code 0: best.opts is written; 1: no set qualifies, or there is no reference; 2: an argument is wrong.")
+        epilog="Exit code 0: best.opts is written; 1: no set qualifies, or there is no reference; "
+               "2: an argument is wrong.")
     parser.add_argument("case", nargs="?", metavar="CASE.yaml", type=pathlib.Path,
                         help="the case (default: example 01 with " + OWN_OPTIONS + ")")
-    parser.add_argument("--options", metavar="TEXT", type=words, help="options of every run; as always they win over the case and the sets")
+    parser.add_argument("--options", metavar="TEXT", type=words,
+                        help="options of every run; as always they win over the case and the sets")
     parser.add_argument("--sets", nargs="+", metavar="FILE", default=None,
                         help="option sets (default: petsc-options/*.opts and those beside this script); "
                              "the case without any is always tried as 'none'")
@@ -637,7 +641,8 @@ def find_program(given):
     for candidate in filter(None, candidates):
         if os.access(candidate, os.X_OK) and pathlib.Path(candidate).is_file():
             return pathlib.Path(candidate).resolve()
-    raise TuneError(f"--udar: {given} is not a program" if given else "no build/udar and no udar in the PATH: give --udar")
+    raise TuneError(f"--udar: {given} is not a program" if given else
+                    "no build/udar and no udar in the PATH: give --udar")
 
 
 def tune(options, command):
@@ -652,7 +657,8 @@ def tune(options, command):
     if reference.error.value > options.tolerance:
         raise TuneError(
             f"no reference: it is known to {reference.error} only, --tolerance is {options.tolerance:g}. Impacts with "
-            "restitution 1 multiply errors: end earlier (-ts_max_time), raise --tolerance or name a tighter --reference")
+            "restitution 1 multiply errors: end earlier (-ts_max_time), raise --tolerance "
+            "or name a tighter --reference")
     if reference.error.value > options.tolerance / 10:
         print("note:      the reference's own error is more than a tenth of the tolerance")
 

@@ -173,7 +173,10 @@ REFUSED = {
         {"support_motion": "motion.csv", "contact_surface": "line", "ts_type": "chebyshev"},
         ["-ts_type", "chebyshev"],
     ),
-    "motion_over_the_floor": ({"support_motion": "motion.csv", "floor": True}, ["-support_position", "no other support"]),
+    "motion_over_the_floor": (
+        {"support_motion": "motion.csv", "floor": True},
+        ["-support_position", "no other support"],
+    ),
     "negative_damping": ({"damping_mass": -1}, ["-damping_mass", "-1", ">= 0", "[1/s]"]),
     "infinite_damping": ({"damping_stiffness": "inf"}, ["-damping_stiffness", "inf", ">= 0", "[s]"]),
     "damping_by_chebyshev": (

@@ -37,7 +37,9 @@ class OptionManual(UdarTest):
         ).stdout
         self.assertIn("-filter_frequency", page)
         self.assertEqual(
-            page, (ROOT / "docs" / "options.md").read_text(), "run: build/udar -help | scripts/options-page > docs/options.md"
+            page,
+            (ROOT / "docs" / "options.md").read_text(),
+            "run: build/udar -help | scripts/options-page > docs/options.md"
         )
 
 

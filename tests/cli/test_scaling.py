@@ -44,7 +44,8 @@ class Quick(unittest.TestCase):
         cls.result = json.loads((cls.out / "result.json").read_text())
 
     def series(self, name):
-        return sorted((p for p in self.result["points"] if p["series"] == name), key=lambda p: (p["ranks"], p["elements"]))
+        points = [point for point in self.result["points"] if point["series"] == name]
+        return sorted(points, key=lambda point: (point["ranks"], point["elements"]))
 
     def test_files(self):
         for name in PICTURES:
@@ -87,7 +88,8 @@ class Quick(unittest.TestCase):
             sides = 1 if point["ranks"] == 2 else 2
             self.assertAlmostEqual(told["messages"], steps * counted["messages"], msg=place,
                                    delta=0.02 * told["messages"] + 3 * sides)
-            self.assertAlmostEqual((told["reductions"] + told["gathers"]) / steps / counted["reductions"], 1.0, delta=0.1,
+            per_step = (told["reductions"] + told["gathers"]) / steps
+            self.assertAlmostEqual(per_step / counted["reductions"], 1.0, delta=0.1,
                                    msg=place)
 
     def test_results_do_not_depend_on_ranks(self):

@@ -48,7 +48,8 @@ class Grid(StudyTest):
         texts = [without_times((self.scratch / f"np{ranks}/study.json").read_text(), self.scratch / f"np{ranks}")
                  for ranks in (1, 2)]
         self.assertEqual(*texts)  # every digit: each run is on one rank in both
-        tables = [re.sub(r"(?m)^((?:\s*\d|case).*?)\s+\S+$", r"\1", out.partition("\nruns of")[2].partition("\nwork")[0])
+        last_column = r"(?m)^((?:\s*\d|case).*?)\s+\S+$"
+        tables = [re.sub(last_column, r"\1", out.partition("\nruns of")[2].partition("\nwork")[0])
                   for *_, out in studies]
         self.assertEqual(tables[0], tables[1].replace(str(self.scratch / "np2"), str(self.scratch / "np1")))
         self.assertIn("2 side by side", studies[1][2])
@@ -152,7 +153,8 @@ class Honesty(StudyTest):
         self.assertIn("not every quantity converges along: beam_elements", out)
 
     def test_time_step_of_a_bouncing_ball_is_of_the_order_of_the_integrator(self):
-        # Stiff beam on one wide patch of springs below: between impacts the classical method of order 4 with fixed steps.
+        # Stiff beam on one wide patch of springs below: between impacts the classical method
+        # of order 4 with fixed steps.
         study, *_ = self.study({"filter_frequency": 50, "support_position": None, "floor": None, "initial_slope": 0,
                                 "beam_left_end": "spring", "beam_left_spring": 1e4, "beam_right_end": "spring",
                                 "beam_right_spring": 2e4, "ts_type": "rk", "ts_rk_type": "4", "ts_adapt_type": "none",
@@ -295,7 +297,8 @@ class BadInput(StudyTest):
         self.study({"filter_frequency": 100, "output_overwrite": True})
 
     def test_help(self):
-        result = subprocess.run([STUDY, "-help"], capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)
+        command = [STUDY, "-help"]
+        result = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)
         for key in ("axes", "series", "reference", "design", "refine", "ranks"):
             self.assertIn(f"-study_{key}", result.stdout)
 

@@ -37,7 +37,8 @@ class Tuning(UdarTest):
             paths[-1].write_text(text)
         command = [sys.executable, TUNE, file, "--udar", UDAR, "--launcher", launcher,
                    "--output", self.scratch / "out", *arguments, *(["--sets", *paths] if paths else [])]
-        run = subprocess.run([str(word) for word in command], capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
+        words = [str(word) for word in command]
+        run = subprocess.run(words, capture_output=True, text=True, env=ENVIRONMENT, timeout=120)
         self.assertEqual(run.returncode, code, run.stdout + run.stderr)
         self.assertNotIn("Traceback", run.stderr)
         return run
