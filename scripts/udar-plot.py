@@ -20,7 +20,7 @@ import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
-from matplotlib import cm, collections, colors, pyplot, ticker  # noqa: E402, the backend comes first
+from matplotlib import collections, colors, pyplot, ticker  # noqa: E402, the backend comes first
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.patches import Patch  # noqa: E402
 
@@ -34,9 +34,9 @@ BINS = 1500          # a curve keeps the least and the greatest value of so many
 MAX_DOTS = 20_000    # above this many impacts or rests the contact diagram counts them in cells
 MAX_GAUGES = 12      # panels that are still readable; more only when --gauges asks for them
 INSTANTS = 12        # deflection curves
+ROWS_BEFORE = 2      # of them, before the first contact
 MAX_SHADES = 50      # supports whose place is marked in a picture
 MAX_DOUBTS = 4       # warnings in a picture
-ROWS_BEFORE = 2      # of them, before the first contact
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "\u00b5"), (1e-9, "n"),
             (1e-12, "p"))
 LARGEST_UNITS = ("m", "s")  # neither km nor ks; and a tenth of them is not yet told in the next smaller one
@@ -395,15 +395,6 @@ def thin(time, values):
     start = np.arange(0, whole, width)
     peaks = [start + blocks.argmin(axis=1), start + blocks.argmax(axis=1)]
     kept = np.unique(np.concatenate([[0], *peaks, np.arange(whole, len(time))]))
-    return time[kept], values[kept]
-
-
-def thin_steps(time, values):
-    """As `thin` for a curve that grows in steps: the last value of each of 2 BINS stretches of time."""
-    if len(time) <= 4 * BINS:
-        return time, values
-    cell = np.floor((time - time[0]) / max(np.ptp(time), 1e-300) * 2 * BINS).astype(int)
-    kept = np.concatenate([np.flatnonzero(np.diff(cell)), [len(time) - 1]])
     return time[kept], values[kept]
 
 
