@@ -23,7 +23,8 @@ constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
 constexpr std::array kOpenFiles{"gauges.csv",  "energy.csv", "impacts.csv", "rests.csv",
                                 "contact.csv", "results.h5", "results.xdmf"};
 /// What it writes at once, and the unfinished files a killed run may leave.
-constexpr std::array kOtherFiles{"summary.json", "summary.json.tmp", "envelope.csv", "restart.h5", "restart.h5.tmp"};
+constexpr std::array kOtherFiles{"summary.json", "summary.json.tmp", "results.vtkhdf", "results.vtkhdf.tmp",
+                                 "envelope.csv", "restart.h5",       "restart.h5.tmp"};
 
 std::string reason(int error) { return std::generic_category().message(error); }
 

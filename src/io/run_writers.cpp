@@ -11,12 +11,14 @@
 #include "udar/dynamics/stepper.hpp"
 #include "udar/io/csv.hpp"
 #include "udar/io/results_file.hpp"
+#include "udar/io/vtkhdf.hpp"
 #include "udar/io/xdmf.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
 namespace {
 
+constexpr const char* kResults = "results.h5";
 /// Rows of a table that may wait for the disk.
 constexpr std::size_t kBlockRows = 256;
 /// Events of all ranks that may wait, and that rank 0 may get at a time.
@@ -473,14 +475,15 @@ class EnvelopeWriter final : public Observer {
   std::array<std::vector<double>, kNames.size()> times_;     ///< when they were first reached [s]
 };
 
-/// /fields and results.xdmf; the last of the observers, which closes results.h5.
+/// /fields, results.xdmf and results.vtkhdf; the last of the observers, which closes results.h5.
 class FieldWriter final : public Observer {
  public:
-  FieldWriter(const RunLayout& layout, const std::string& xdmf_path, std::shared_ptr<ResultsFile> results,
-              double interval)
+  FieldWriter(const RunLayout& layout, const std::string& folder, std::shared_ptr<ResultsFile> results, double interval)
       : results_{std::move(results)}, interval_{interval} {
     if (interval_ > 0.0) {
-      xdmf_ = std::make_unique<XdmfFile>(layout.comm, xdmf_path, "results.h5", layout.nodes.total);
+      xdmf_ = std::make_unique<XdmfFile>(layout.comm, folder + "results.xdmf", kResults,
+                                         "results.vtkhdf:/VTKHDF/Points", layout.nodes.total);
+      vtkhdf_ = std::make_unique<VtkHdfFile>(layout, folder + "results.vtkhdf", kResults);
     }
   }
 
@@ -488,8 +491,11 @@ class FieldWriter final : public Observer {
 
   void snapshot(const Snapshot& state) override {
     results_->append_fields(state);
-    waiting_.push_back(state.time);
+    times_.push_back(state.time);
     show_rows();
+    if (rows_shown_ >= 2 * rows_in_vtkhdf_) {  // written anew each time
+      write_vtkhdf();
+    }
   }
 
   void flush() override {
@@ -499,25 +505,32 @@ class FieldWriter final : public Observer {
 
   void finish() override {
     flush();
+    write_vtkhdf();
     results_->close();
   }
 
  private:
   /// Shows ParaView the rows that results.h5 has on the disk.
   void show_rows() {
-    const std::size_t rows = results_->field_rows_on_disk() - rows_shown_;
-    for (std::size_t row = 0; row < rows; ++row) {
-      xdmf_->append(waiting_[row]);
+    for (; rows_shown_ < results_->field_rows_on_disk(); ++rows_shown_) {
+      xdmf_->append(times_[rows_shown_]);
     }
-    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(rows));
-    rows_shown_ += rows;
+  }
+
+  void write_vtkhdf() {
+    if (rows_shown_ > 0) {
+      vtkhdf_->write(std::span{times_}.first(rows_shown_));
+    }
+    rows_in_vtkhdf_ = rows_shown_;
   }
 
   std::shared_ptr<ResultsFile> results_;
   double interval_;
-  std::unique_ptr<XdmfFile> xdmf_;  ///< null without fields
-  std::vector<double> waiting_;     ///< times of the rows that are not shown yet [s]
+  std::unique_ptr<XdmfFile> xdmf_;      ///< null without fields, as the next
+  std::unique_ptr<VtkHdfFile> vtkhdf_;  ///< the same rows for other readers
+  std::vector<double> times_;           ///< of the rows [s]
   std::size_t rows_shown_ = 0;
+  std::size_t rows_in_vtkhdf_ = 0;
 };
 
 }  // namespace
@@ -526,7 +539,7 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
                                                         double interval, double field_interval, SupportForces* forces,
                                                         BendingPeaks* bending) {
   const std::string folder = directory + "/";
-  auto results = std::make_shared<ResultsFile>(layout, folder + "results.h5");
+  auto results = std::make_shared<ResultsFile>(layout, folder + kResults);
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval));
   writers.push_back(std::make_unique<EnergyWriter>(layout, folder + "energy.csv", results, interval));
@@ -535,7 +548,7 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
     writers.push_back(std::make_unique<ContactWriter>(layout, folder + "contact.csv", results, interval, *forces));
   }
   writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval, bending));
-  writers.push_back(std::make_unique<FieldWriter>(layout, folder + "results.xdmf", results, field_interval));
+  writers.push_back(std::make_unique<FieldWriter>(layout, folder, results, field_interval));
   return writers;
 }
 

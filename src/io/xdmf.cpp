@@ -14,8 +14,11 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-XdmfFile::XdmfFile(MPI_Comm comm, const std::string& path, std::string results, PetscInt nodes)
-    : file_{std::make_unique<TextFile>(comm, path)}, results_{std::move(results)}, nodes_{nodes} {
+XdmfFile::XdmfFile(MPI_Comm comm, const std::string& path, std::string results, std::string points, PetscInt nodes)
+    : file_{std::make_unique<TextFile>(comm, path)},
+      results_{std::move(results)},
+      zeros_{std::move(points)},
+      nodes_{nodes} {
   file_->append(
       "<?xml version=\"1.0\"?>\n"
       "<Xdmf Version=\"2.0\">\n"
@@ -35,14 +38,19 @@ void XdmfFile::append(double time) {
     return std::string{"<DataItem Dimensions=\""} + nodes + "\" NumberType=\"" + type +
            "\" Precision=\"8\" Format=\"HDF\">" + comment + results_ + ":" + name + "</DataItem>\n";
   };
+  // One value per node out of an array of two dimensions.
+  const auto part = [&](const std::string& indent, const std::string& choice, const std::string& shape,
+                        const std::string& type, const std::string& source) {
+    return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + nodes + "\" Type=\"HyperSlab\">\n" + indent +
+           "  <DataItem Dimensions=\"3 2\" Format=\"XML\">" + choice + "</DataItem>\n" + indent +
+           "  <DataItem Dimensions=\"" + shape + "\" NumberType=" + type + " Format=\"HDF\">" + source +
+           "</DataItem>\n" + indent + "</DataItem>\n";
+  };
   // Row `rows_` of a field. Of the field's rows only those up to this one are named, so that this stays true while the
   // file grows.
   const auto slab = [&](const std::string& indent, const char* name, const char* type, const char* precision) {
-    return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + nodes + "\" Type=\"HyperSlab\">\n" + indent +
-           "  <DataItem Dimensions=\"3 2\" Format=\"XML\">" + row + " 0 1 1 1 " + nodes + "</DataItem>\n" + indent +
-           "  <DataItem Dimensions=\"" + rows + " " + nodes + "\" NumberType=\"" + type + "\" Precision=\"" +
-           precision + "\" Format=\"HDF\">" + results_ + ":/fields/" + name + "</DataItem>\n" + indent +
-           "</DataItem>\n";
+    std::string number = std::string{"\""} + type + "\" Precision=\"" + precision + "\"";
+    return part(indent, row + " 0 1 1 1 " + nodes, rows + " " + nodes, number, results_ + ":/fields/" + name);
   };
   const auto attribute = [&](const char* name, const char* type, const char* precision) {
     return std::string{"        <Attribute Name=\""} + name + "\" AttributeType=\"Scalar\" Center=\"Node\">\n" +
@@ -56,8 +64,11 @@ void XdmfFile::append(double time) {
   grid += "\"/>\n        <Topology TopologyType=\"Polyline\" NodesPerElement=\"" + nodes +
           "\" NumberOfElements=\"1\">\n          " + fixed("/node", "Int", "") +
           "        </Topology>\n"
-          "        <Geometry GeometryType=\"X_Y\">\n          " +
-          fixed("/x", "Float", unique) + slab("          ", "line_position", "Float", "8") + "        </Geometry>\n";
+          "        <Geometry GeometryType=\"X_Y_Z\">\n          " +
+          fixed("/x", "Float", unique) + slab("          ", "line_position", "Float", "8");
+  // VTK's Xdmf3 readers crash on points of two coordinates.
+  grid += part("          ", "0 2 1 1 " + nodes + " 1", nodes + " 3", "\"Float\" Precision=\"8\"", zeros_);
+  grid += "        </Geometry>\n";
   grid += attribute("moment", "Float", "8");
   grid += attribute("mass_position", "Float", "8");
   grid += attribute("mass_velocity", "Float", "8");
