@@ -1062,8 +1062,9 @@ def draw_stress(axis, run, first):
 
 STUDIED = ("impulse", "rebound_velocity", "penetration", "deflection_down", "deflection_up", "energy_centre",
            "energy_vibration", "energy_springs", "energy_lost")
-AXES = {"filter_frequency": "filter frequency wf [rad/s]", "ts_dt": "time step [s]", "ts_rtol": "relative tolerance",
-        "ts_atol": "absolute tolerance", "beam_elements": "elements", "output_interval": "time between rows [s]"}
+AXES = {"filter_frequency": ("filter frequency wf", "rad/s"), "ts_dt": ("time step", "s"),
+        "ts_rtol": ("relative tolerance", ""), "ts_atol": ("absolute tolerance", ""), "beam_elements": ("elements", ""),
+        "output_interval": ("time between rows", "s")}
 QUANTITIES = {"deflection_down": "deflection down", "deflection_up": "deflection up",
               "energy_centre": "energy of the centre of mass", "energy_vibration": "energy of vibration",
               "energy_springs": "energy in filter springs", "energy_lost": "energy lost"}
@@ -1091,8 +1092,8 @@ def read_study(folder):
     return study
 
 
-def in_words(name, words):
-    return words.get(name, name.replace("_", " "))
+def in_words(name):
+    return QUANTITIES.get(name, name.replace("_", " "))
 
 
 def study_panels(pen, study):
@@ -1118,6 +1119,7 @@ def series_legend(panels):
 
 def draw_study_axis(pen, study, key):
     """Each quantity against one axis, the others at their finest; what the verdict is, in the legend of the panel."""
+    words, unit = AXES.get(key, (key.replace("_", " "), ""))
     figure, panels = study_panels(pen, study)
     for axis, name in panels:
         verdicts = []
@@ -1135,14 +1137,17 @@ def draw_study_axis(pen, study, key):
             verdict = along["verdict"] if order is None else f"order {order:.2f}"
             verdicts.append(f"{series['name']}: {verdict}" if len(study["series"]) > 1 else verdict)
         axis.set_xscale("log")
-        title = f"{in_words(name, QUANTITIES)} [{study['units'][name]}]"
+        zero = axis.dataLim.height == 0.0 and axis.dataLim.y0 == 0.0
+        scale, named = prefixed(1.0 if zero else np.abs(axis.get_ylim()).max(), study["units"][name])
+        axis.yaxis.set_major_formatter(Ticks(scale))
+        title = f"{in_words(name)} [{named}]"
         axis.set_title("\n".join([title, *verdicts]), loc="left", pad=3, fontsize=10)
-        axis.set_xlabel(in_words(key, AXES))
         ticks = sorted({float(run["axes"][key]) for run in study["runs"] if key in run["axes"]})
-        axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        scale, named = prefixed(ticks[-1], unit) if unit == "s" else (1.0, unit)
+        axis.set_xlabel(f"{words} [{named}]" if unit else words)
+        axis.set_xticks(ticks, [f"{tick / scale:g}" for tick in ticks])
         axis.minorticks_off()
     series_legend(panels)
-    words = in_words(key, AXES).split(" [")[0]
     pen.save(figure, f"study-{key}", with_title(pen, f"Results against {words}\ndashed: extrapolated limit"))
 
 
@@ -1155,9 +1160,10 @@ def draw_work_precision(pen, study, cost, label):
                             if entry["series"] == series["name"] and entry["errors"].get(name) and entry[cost])
             if points:
                 empty = False
+                joined = len(points) <= 8 and cost != "wall_seconds"  # that of a shared machine orders nothing
                 axis.plot(*zip(*points), color=SERIES[number % len(SERIES)], marker=MARKERS[number % len(MARKERS)],
-                          markersize=5, linestyle="none" if len(points) > 8 else "-", label=series["name"])
-        axis.set_title(in_words(name, QUANTITIES), loc="left", pad=3, fontsize=10)
+                          markersize=5, linestyle="-" if joined else "none", label=series["name"])
+        axis.set_title(in_words(name), loc="left", pad=3, fontsize=10)
         axis.set_xlabel(label)
         axis.set_ylabel(f"error [{study['units'][name]}]")
         if empty:
@@ -1169,7 +1175,7 @@ def draw_work_precision(pen, study, cost, label):
             axis.xaxis.set_major_formatter("{x:g}")
             axis.xaxis.set_minor_formatter(ticker.NullFormatter())
     series_legend(panels)
-    of = "each series' own limit" if study["reference"] == "own" else f"the limit of {study['reference']}"
+    of = "each series' own limit" if study["reference"] == "own" else f"the limit of the series '{study['reference']}'"
     pen.save(figure, f"study-work-{cost}", with_title(pen, f"Work and precision\nerror against {of}"))
 
 

@@ -215,7 +215,7 @@ class Series(StudyTest):
         self.assertEqual(drawn, {f"{name}.{kind}" for kind in ("png", "svg") for name in
                                  ("study-filter_frequency", "study-work-line_solves", "study-work-wall_seconds")})
         svg = (self.scratch / "study/plots/study-filter_frequency.svg").read_text(encoding="utf-8")
-        for text in ("points", "pads", "impulse [N s]", "penetration [m]", "filter frequency wf [rad/s]"):
+        for text in ("points", "pads", "impulse [kN s]", "penetration [m]", "filter frequency wf [rad/s]"):
             self.assertIn(text, svg)
         self.assertGreater((self.scratch / "study/plots/study-work-line_solves.png").stat().st_size, 20_000)
 
