@@ -114,6 +114,7 @@ Session::Session(int argc, char** argv) {
   first_rank() = rank == 0;
   UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
   std::signal(SIGPIPE, SIG_IGN);  // `udar -help | head` is no crash
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond the limit is an error of the write, which names it
   UDAR_CALL(PetscLogDefaultBegin());
 
   PetscClassId library = 0;

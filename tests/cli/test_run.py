@@ -708,6 +708,15 @@ class Refused(UdarTest):
         self.assertIn("-ts_dt", line)
         self.assertTrue((self.scratch / "run" / "restart.h5").exists(), "the last good step is kept")
 
+    def test_file_beyond_the_limit_of_its_size(self):
+        # MPI needs files of some MB itself.
+        often = {"output_interval": 0.0002, "output_field_interval": 0, "support_position": None, "ts_max_time": 20}
+        line = shlex.join(command(case(output_directory=self.scratch / "run", **often)))
+        limited = ["bash", "-c", f"ulimit -f 5000; exec {line}"]
+        result = subprocess.run(limited, env=ENVIRONMENT, capture_output=True, text=True, timeout=60)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertRegex(result.stderr, r"cannot write '.*/run/(gauges|energy)\.csv': File too large")
+
     def test_restart_with_another_beam(self):
         self.run_case(case(ts_max_time=0.5))
         checkpoint = self.scratch / "run" / "restart.h5"
