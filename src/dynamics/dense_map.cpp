@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "dynamics/clones.hpp"
+
 #ifdef __clang__
 #define UDAR_INDEPENDENT
 #else
@@ -251,13 +253,6 @@ template <class Body>
 }
 
 }  // namespace
-
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-// One copy for each generation of processors; the loader takes the best.
-#define UDAR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define UDAR_CLONES
-#endif
 
 UDAR_CLONES
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "dynamics/clones.hpp"
+
 #define UDAR_INLINE [[gnu::always_inline]] inline
 
 namespace udar::local {
@@ -243,10 +245,7 @@ UDAR_INLINE void advance_lanes(Batch& batch, double angle, std::size_t terms, st
 
 }  // namespace
 
-// One copy for each generation of processors; the loader takes the best.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__)
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#endif
+UDAR_CLONES
 void advance(Batch& batch, double angle, std::size_t terms, std::size_t powers, double hop_tolerance) {
   advance_lanes(batch, angle, terms, powers, hop_tolerance);
 }

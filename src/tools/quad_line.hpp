@@ -8,11 +8,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "quad.hpp"
 #include "udar/structure/beam_chain.hpp"
 
 namespace udar::tools {
-
-__extension__ using Quad = __float128;
 
 /// All nodes' spring stretch d = Yc - Ym [m] and moment EI w'' [N m], rounded.
 struct QuadLine {
