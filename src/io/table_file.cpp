@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar::io {
 namespace {
@@ -26,10 +28,33 @@ struct Complaint {
   std::string text;
 };
 
+/// A relative path is one from the working directory, else from the folder of an options file, the last one first.
+std::vector<std::string> places_of(const std::string& path) {
+  std::vector<std::string> places{path};
+  const std::vector<std::string>& files = petsc::Session::options_files();
+  for (auto file = files.rbegin(); file != files.rend() && std::filesystem::path{path}.is_relative(); ++file) {
+    const std::string place = std::filesystem::path{*file}.replace_filename(path).string();
+    if (std::ranges::find(places, place) == places.end()) {
+      places.push_back(place);
+    }
+  }
+  return places;
+}
+
 std::string read_all(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{std::fopen(path.c_str(), "rb"), &std::fclose};
-  if (!file) {
-    throw Complaint{" cannot be read: " + std::generic_category().message(errno)};
+  const std::vector<std::string> places = places_of(path);
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
+  int error = ENOENT;
+  for (auto place = places.begin(); place != places.end() && error == ENOENT; ++place) {
+    file.reset(std::fopen(place->c_str(), "rb"));
+    error = file ? 0 : errno;
+  }
+  if (error != 0) {
+    std::string complaint = " cannot be read: " + std::generic_category().message(error);
+    for (std::size_t i = 1; i < places.size() && error == ENOENT; ++i) {
+      complaint += (i == 1 ? ", neither from the working directory nor as '" : " nor as '") + places[i] + "'";
+    }
+    throw Complaint{complaint};
   }
   std::string text;
   std::array<char, 1 << 16> block{};

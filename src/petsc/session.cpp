@@ -34,6 +34,11 @@ bool& first_rank() {
   return first;
 }
 
+std::vector<std::string>& mutable_options_files() {
+  static std::vector<std::string> files;
+  return files;
+}
+
 /// The scope that is open on this rank, and seconds of each event outside the scopes within it.
 LogScope*& open_scope() {
   static LogScope* scope = nullptr;
@@ -73,6 +78,7 @@ void insert_options_file(const std::string& path) {
               "' is neither valid YAML (name ends in .yaml or .yml) nor a PETSc options file: " + take_error_message();
   }
   throw_together<InputError>(PETSC_COMM_WORLD, failure);
+  mutable_options_files().push_back(path);
 }
 
 }  // namespace
@@ -141,6 +147,8 @@ bool Session::help_requested() {
   UDAR_CALL(PetscOptionsHasHelp(nullptr, &help));
   return help == PETSC_TRUE;
 }
+
+const std::vector<std::string>& Session::options_files() { return mutable_options_files(); }
 
 std::string take_error_message() { return std::exchange(error_message(), {}); }
 

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """The examples run as their READMEs say, cut short, and do what these say of them."""
 
 import pathlib
@@ -9,15 +9,16 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from common import ROOT, UdarTest
+from common import ROOT, UdarTest, run
 
 EXAMPLES = ROOT / "examples"
 
 
 class Examples(UdarTest):
     def example(self, folder, ranks=0, name="run", **changes):
-        """One run of an example's case, from the top folder: its tables are named from there."""
-        return self.run_case({"options_file": EXAMPLES / folder / "case.yaml", **changes}, ranks, name=name, cwd=ROOT)
+        """One run of an example's case, from a folder of its own."""
+        return self.run_case({"options_file": EXAMPLES / folder / "case.yaml", **changes}, ranks, name=name,
+                             cwd=self.scratch)
 
     def test_02_line_stays_on_the_supports_that_masses_sink_through(self):
         gaps = {}
@@ -47,6 +48,24 @@ class Examples(UdarTest):
         energy = run.csv("energy.csv")
         late = energy["time"] > 0.1  # before, there is next to no energy to relate the drift to
         self.assertLess(np.abs(energy["drift"][late]).max(), 1e-4, run)
+
+    def test_tables_are_looked_for_from_here_then_beside_the_case(self):
+        folder = self.scratch / "case"
+        folder.mkdir()
+        case = folder / "case.yaml"
+        case.write_text((EXAMPLES / "03-stops" / "case.yaml").read_text())
+        beside = {"options_file": case, "ts_max_time": 0.01, "output_overwrite": True}
+        missing = run({"output_directory": self.scratch / "run", **beside}, cwd=self.scratch)
+        self.assertEqual(missing.code, 1, missing)
+        for text in ("-load_table", "'force.csv'", "working directory", f"'{folder}/force.csv'"):
+            self.assertIn(text, missing.err)
+        deflections = []
+        for place, force in ((folder, 4.0), (self.scratch, 8.0)):  # the second found before the first
+            (place / "force.csv").write_text(f"0,{force}\n1,{force}\n")
+            found = self.run_case(beside, cwd=self.scratch)
+            deflections.append(found.csv("gauges.csv")["line_1"][-1])
+        self.assertGreater(abs(deflections[0]), 0.0)
+        self.assertAlmostEqual(deflections[1] / deflections[0], 2.0, delta=1e-6)  # linear: no stop is reached
 
     def test_04_pipeline_touches_its_highest_sleepers_first(self):
         run = self.example("04-pipeline", ranks=2, beam_elements=4000, ts_max_time=0.25)

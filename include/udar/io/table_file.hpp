@@ -23,6 +23,7 @@ struct Table {
 /// @brief Reads a table of numbers: columns separated by commas or by white space, `#` before a comment, blank lines
 /// ignored, and at most one header line, which does not begin with a number.
 /// @param[in] option      the option that names the file, for the messages
+/// @param[in] path        a relative one is looked for from the working directory, then beside the options files
 /// @param[in] min_columns least number of columns that make sense
 /// @note Collective; rank 0 reads, all get the table
 /// @throws FileError on all ranks, naming option, file, line and column, if the file cannot be read, has no rows, rows

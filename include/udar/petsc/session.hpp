@@ -27,6 +27,8 @@ class Session {
   [[nodiscard]] static bool help_requested();
   /// Whether this is rank 0 of `PETSC_COMM_WORLD`; also valid after the session has ended.
   [[nodiscard]] static bool on_first_rank();
+  /// The files named by `-options_file`, in their order: other files they name may lie beside them.
+  [[nodiscard]] static const std::vector<std::string>& options_files();
 
  private:
   Session(int argc, char** argv);
