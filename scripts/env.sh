@@ -1,9 +1,15 @@
 # Source this before mpirun: any number of ranks on any machine, also as root in a container, with one thread each.
+# The tests take their environment from here: one `export NAME=VALUE` a line.
 export OMPI_ALLOW_RUN_AS_ROOT=1
 export OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+# More ranks than cores: Open MPI 4, and 5 whose launcher is PRRTE.
 export OMPI_MCA_rmaps_base_oversubscribe=1
+export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
 export OMPI_MCA_hwloc_base_binding_policy=none
-# A rank that waits gives its core away. Without this a busy machine runs 20 times slower.
+export PRTE_MCA_hwloc_default_binding_policy=none
+# A rank that waits gives its core away. Without this a busy machine runs 20 times slower. Open MPI 5 by itself calls
+# sched_yield, which leaves the waiting rank first in line; it sleeps instead.
 export OMPI_MCA_mpi_yield_when_idle=1
+export OMPI_MCA_threads_pthreads_yield_strategy=nanosleep
 export OMP_NUM_THREADS=1
 export OPENBLAS_NUM_THREADS=1

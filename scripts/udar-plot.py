@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """udar-plot: pictures of one run of udar, or of several runs laid over each other.
 
 Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts, deflection,

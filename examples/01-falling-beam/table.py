@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Prints the table "numbers to expect" of README.md from finished runs: table.py RUN [RUN ...]"""
 import csv
 import json

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Prints the table "numbers to expect" of README.md from a study: table.py STUDY"""
 import json
 import pathlib

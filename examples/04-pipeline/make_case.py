@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Writes case.yaml: a pipeline of 1 km on 200 sleepers of uneven height. make_case.py > case.yaml"""
 import random
 import textwrap

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Measures how udar scales on a machine, and says what bounds it.
 
   scaling.py run      measure, then write everything below into --output

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """tune.py: tries option sets on a case, checks each against a reference, ranks them, writes the fastest as best.opts.
 
 Reads what udar writes (docs/output.md) and nothing else. README.md beside this file says what the figures mean.

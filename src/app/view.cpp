@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -30,13 +29,14 @@ const char* describe(const BeamEnd& end) {
   return end.translational_stiffness == 0.0 && end.moment_free() ? "free" : "spring";
 }
 
-/// Whether somebody watches standard output. Open MPI's mpirun gives its ranks a terminal of their own even when its
-/// output goes to a file: there mpirun's own output counts, the parent process of rank 0 on the same machine.
+/// Whether somebody watches standard output. A launcher such as mpirun gives its ranks terminals of their own, none of
+/// which controls them, even when its output goes to a file: there the launcher's own output counts, that of the parent
+/// process of rank 0 on the same machine.
 bool output_is_watched() {
   if (isatty(STDOUT_FILENO) == 0) {
     return false;
   }
-  if (std::getenv("OMPI_MCA_orte_launch") == nullptr) {  // set by mpirun alone
+  if (tcgetpgrp(STDOUT_FILENO) != -1) {
     return true;
   }
   const int parent = open(("/proc/" + std::to_string(getppid()) + "/fd/1").c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);

@@ -7,6 +7,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -18,16 +19,12 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 UDAR = os.environ.get("UDAR", str(ROOT / "build" / "udar"))
-ENVIRONMENT = dict(
-    {name: value for name, value in os.environ.items() if name not in ("PETSC_OPTIONS", "SLEPC_OPTIONS")},
-    OMPI_ALLOW_RUN_AS_ROOT="1",
-    OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1",
-    OMPI_MCA_rmaps_base_oversubscribe="1",
-    OMPI_MCA_hwloc_base_binding_policy="none",
-    OMP_NUM_THREADS="1",
-    OPENBLAS_NUM_THREADS="1",
-    LC_ALL="C",
-)
+EXPORTS = re.findall(r"^export (\w+)=(.*)$", (ROOT / "scripts" / "env.sh").read_text(), re.MULTILINE)
+ENVIRONMENT = {
+    **{name: value for name, value in os.environ.items() if name not in ("PETSC_OPTIONS", "SLEPC_OPTIONS")},
+    **dict(EXPORTS),
+    "LC_ALL": "C",
+}
 
 # The paper's steel beam falling flat from 1 m on two point supports; tests override single entries.
 BEAM = {

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Every mistake ends the run with one line that says what is wrong, on any number of ranks, and harms no file."""
 
 import concurrent.futures

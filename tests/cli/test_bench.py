@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """udar-bench prints what its manual says, and its figures hang together."""
 
 import json

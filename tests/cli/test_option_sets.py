@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Every file in petsc-options runs and agrees with the default; docs/options.md is what -help says."""
 
 import subprocess

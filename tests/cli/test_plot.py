@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """udar-plot on synthetic run folders in the format of docs/output.md. UDAR_PLOT: the executable."""
 import json
 import os

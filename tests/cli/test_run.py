@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """What a good run writes and prints: files, formats, balances, help, interruption, other integrators."""
 
 import json

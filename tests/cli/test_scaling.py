@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """The scaling driver of examples/scaling measures, counts, compares and reports."""
 
 import copy

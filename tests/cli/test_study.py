@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """udar-study runs a case over a grid: the same tables however the runs are dealt, failures shown, bad input refused."""
 
 import json

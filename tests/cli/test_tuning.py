@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """examples/tuning/tune.py ranks sets by time, disqualifies wrong ones, says why others failed, writes best.opts."""
 
 import contextlib

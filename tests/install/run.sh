@@ -1,39 +1,119 @@
 #!/bin/bash
-# Installs the build into a fresh prefix and builds one program against it twice, through CMake and through pkg-config.
-# usage: run.sh BUILD_DIR CONSUMER_SOURCE
+# What a user does with an installed udar and with a checkout, the command lines as README.md has them.
+# usage: run.sh BUILD_DIR CONSUMER_SOURCE PLUGIN
 set -euo pipefail
 
 build=$1
 source=$2
+plugin=$3
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=${here%/tests/install}
 cmake=${CMAKE:-cmake}
 mpiexec=${MPIEXEC:-mpiexec}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+prefix=$work/prefix
 
-"$cmake" --install "$build" --prefix "$work/prefix" > "$work/install.log"
+fail() {
+  echo "FAILED: $1"
+  exit 1
+}
 
-echo "== the program from find_package(udar)"
-"$cmake" -S "$here/consumer" -B "$work/consumer" -DCMAKE_PREFIX_PATH="$work/prefix" -DCONSUMER_SOURCE="$source"
-"$cmake" --build "$work/consumer"
+# expect TEXT FILE: the file holds the text.
+expect() {
+  grep -qF -- "$1" "$2" || {
+    cat "$2"
+    fail "no '$1' in ${2##*/}"
+  }
+}
+
+# readme_line WORD: the one command of README.md that holds the word.
+readme_line() {
+  [ "$(grep -c -- "$1" "$root/README.md")" = 1 ] || fail "README.md has not one line with $1"
+  grep -- "$1" "$root/README.md"
+}
+
+# scripts_run FOLDER: every script there that names its interpreter can be called by its name.
+scripts_run() {
+  local file script=0
+  while IFS= read -r -d '' file; do
+    [ "$(head -c 2 "$1/$file" | tr -d '\0')" = '#!' ] || continue
+    script=1
+    [ -x "$1/$file" ] || fail "$1/$file has no run bit"
+  done
+  [ $script = 1 ] || fail "no script in $1"
+}
+
+"$cmake" --install "$build" --prefix "$prefix" > "$work/install.log"
+
+echo "== scripts have their run bit"
+(cd "$prefix" && find . -type f -print0) | scripts_run "$prefix"
+if git -C "$root" rev-parse --is-inside-work-tree > /dev/null 2>&1; then
+  git -C "$root" ls-files -z | scripts_run "$root"
+fi
+calls=$(grep -hoE '^ *(scripts|examples)/[A-Za-z0-9_./-]+' "$root"/*.md "$root"/docs/*.md "$root"/examples/*/*.md | sort -u)
+for call in $calls; do
+  [ -x "$root/$call" ] || fail "$call is called in the documentation and cannot be run"
+done
+
+for languages in "C;CXX" CXX; do
+  echo "== find_package(udar) in a project in $languages"
+  "$cmake" -S "$here/consumer" -B "$work/consumer-${languages/;/-}" -DCMAKE_PREFIX_PATH="$prefix" \
+    -DCONSUMER_SOURCE="$source" -DCONSUMER_LANGUAGES="$languages"
+done
+"$cmake" --build "$work/consumer-CXX"
 
 echo "== the program from pkg-config"
-pc=$(find "$work/prefix" -name udar.pc)
+export PATH=$prefix/bin:$PATH
+pc=$(find "$prefix" -name udar.pc)
 export PKG_CONFIG_PATH=${pc%/*}${PKG_CONFIG_PATH:+:$PKG_CONFIG_PATH}
-libdir=$(pkg-config --variable=libdir udar)
-read -ra flags < <(pkg-config --cflags --libs udar)
-mpicxx -std=c++20 "$source" -o "$work/with_pkg_config" "${flags[@]}" -Wl,-rpath,"$libdir"
+LD_LIBRARY_PATH=$(pkg-config --variable=libdir udar)${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+export LD_LIBRARY_PATH
+mkdir "$work/run"
+cd "$work/run"
+cp "$source" .
+line=$(readme_line 'pkg-config --cflags')
+echo "$line"
+eval "$line"
 
-for program in "$work/consumer/consumer" "$work/with_pkg_config"; do
+for program in "$work/consumer-CXX/consumer" ./falling_beam; do
   echo "== run ${program##*/}"
-  mkdir "$work/run"
-  (cd "$work/run" && "$mpiexec" -n 1 "$program" -skip_petscrc)
-  rm -r "$work/run"
+  "$mpiexec" -n 1 "$program" -skip_petscrc
 done
+
+echo "== a PETSc program that loads the installed library"
+ln -s "$plugin" my_petsc_program
+line=$(readme_line '-dll_append')
+echo "$line"
+eval "$line -ksp_type preonly -skip_petscrc" > plugin.log 2>&1 && fail "its matrix carries no line"
+expect "'heat' of type seqaij" plugin.log
 
 for call in "udar -help" "udar-plot --help"; do
   echo "== installed $call"
-  read -ra words <<< "$call"
-  "$work/prefix/bin/${words[0]}" "${words[1]}" > "$work/help"
+  $call > "$work/help"
   head -n 3 "$work/help"
 done
+
+for case in "$prefix"/share/udar/examples/*/case.yaml; do
+  echo "== installed ${case#"$prefix/"} from another folder"
+  rm -rf out
+  udar -options_file "$case" -filter_frequency 400 -ts_max_time 0.01 -output_directory out > case.log 2>&1 || {
+    cat case.log
+    fail "it does not run"
+  }
+done
+
+echo "== PETSC_DIR and PETSC_ARCH"
+configure() {
+  "$cmake" -S "$root" -B "$work/configured" -DUDAR_BUILD_TESTS=OFF "$@" > "$work/configure.log" 2>&1
+}
+pc=$work/petsc/some-arch/lib/pkgconfig/PETSc.pc
+mkdir -p "${pc%/*}"
+configure -DPETSC_DIR="$work/petsc" -DPETSC_ARCH=some-arch && fail "there is no PETSc"
+expect "PETSC_DIR: no lib/pkgconfig/PETSc.pc in '$work/petsc'" "$work/configure.log"
+sed 's/^Version:.*/Version: 3.99.7/' "$(pkg-config --variable=pcfiledir PETSc)/PETSc.pc" > "$pc"
+configure -DPETSC_DIR="$work/petsc" -DPETSC_ARCH=some-arch || fail "$(cat "$work/configure.log")"
+expect "UDAR_PETSC_VERSION:INTERNAL=3.99.7" "$work/configured/CMakeCache.txt"
+expect "${pc%/*}" "$work/configured/udarConfig.cmake"
+configure -DPETSC_DIR= && fail "a build folder must not change its PETSc"
+expect "cmake --fresh" "$work/configure.log"

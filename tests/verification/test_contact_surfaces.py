@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Contact on the line does not depend on the mesh, also under point supports, and keeps energy; the unfiltered beam."""
 
 import pathlib

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Impacts and gauges against an independent event-driven solution without time-step error (data/README.md)."""
 
 import json

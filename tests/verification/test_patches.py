@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """Supports with a width converge under mesh refinement, point supports do not."""
 
 import pathlib

@@ -1,4 +1,4 @@
-#!/usr/bin/python3
+#!/usr/bin/env python3
 """The answer does not depend on the number of ranks, and a restarted run goes on as if it had never stopped."""
 
 import pathlib
