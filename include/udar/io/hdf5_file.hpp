@@ -45,8 +45,8 @@ class Hdf5Id {
 /// Every member function is collective and throws `FileError` on all ranks together when a call fails on one. HDF5 over
 /// MPI-IO cannot be trusted with a full disk: Open MPI's ranks may then wait for each other for ever. So rank 0 first
 /// reserves the space of every write with the operating system; what does not fit is refused before HDF5 hears of it,
-/// and the file stays as it was after the last `flush`, whole and readable. Where a file system cannot reserve, its
-/// free space is compared instead. If HDF5 still fails on some ranks while others are stuck in the call, the program
+/// and what was written before is flushed: the file is whole and readable. Where a file system cannot reserve, its free
+/// space is compared instead. If HDF5 still fails on some ranks while others are stuck in the call, the program
 /// ends with the message after a minute.
 class Hdf5File {
  public:
