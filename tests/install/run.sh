@@ -51,7 +51,8 @@ echo "== scripts have their run bit"
 if git -C "$root" rev-parse --is-inside-work-tree > /dev/null 2>&1; then
   git -C "$root" ls-files -z | scripts_run "$root"
 fi
-calls=$(grep -hoE '^ *(scripts|examples)/[A-Za-z0-9_./-]+' "$root"/*.md "$root"/docs/*.md "$root"/examples/*/*.md | sort -u)
+pages=("$root"/*.md "$root"/docs/*.md "$root"/examples/*/*.md)
+calls=$(grep -hoE '^ *(scripts|examples)/[A-Za-z0-9_./-]+' "${pages[@]}" | sort -u)
 for call in $calls; do
   [ -x "$root/$call" ] || fail "$call is called in the documentation and cannot be run"
 done
