@@ -38,9 +38,9 @@ struct Taylor {
 
   /// Derivative `order` at s.
   [[nodiscard]] Real operator()(std::size_t order, Real s) const {
-    static const std::array<Real, kDerivatives> inverse = [] {
-      std::array<Real, kDerivatives> table{};
-      for (std::size_t k = 1; k < kDerivatives; ++k) {
+    static const std::array<Real, kDerivatives + 1> inverse = [] {  // up to that of `count`, for derivative 0
+      std::array<Real, kDerivatives + 1> table{};
+      for (std::size_t k = 1; k <= kDerivatives; ++k) {
         table[k] = 1.0L / static_cast<Real>(k);
       }
       return table;
