@@ -9,6 +9,7 @@
 #include <numeric>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
@@ -205,6 +206,14 @@ void ObstacleForces::create_optimizer() {
   UDAR_CALL(TaoSetMaximumIterations(optimizer_, kMostIterations));
   UDAR_CALL(TaoSetConvergenceTest(optimizer_, Callbacks::converged, this));
   UDAR_CALL(TaoSetFromOptions(optimizer_));
+  TaoType type = nullptr;
+  UDAR_CALL(TaoGetType(optimizer_, &type));
+  if (std::string_view{type} != TAOBQPIP) {
+    throw InputError{"option -contact_tao_type: '" + std::string{type} +
+                     "' is not allowed, expected " TAOBQPIP
+                     ": the iteration ends by the dual variables of an interior point method, and the solves it asks "
+                     "for are made for that one"};
+  }
 }
 
 /// W r, both in units.
