@@ -1,4 +1,4 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json, Boost's headers.
 # All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
@@ -46,6 +46,7 @@ endforeach()
 find_package(nlohmann_json 3.10 REQUIRED)
 find_package(LAPACK REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(Boost 1.74 REQUIRED CONFIG)
 
 find_path(UDAR_METIS_INCLUDE_DIR metis.h)
 find_library(UDAR_METIS_LIBRARY metis)

@@ -1,15 +1,59 @@
 #include "udar/contact/support_motion.hpp"
 
+// Before pchip.hpp, which in Boost 1.74 calls an isnan that is in no namespace.
+#include <math.h>  // NOLINT(modernize-deprecated-headers)
+
 #include <algorithm>
+#include <boost/math/interpolators/pchip.hpp>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <utility>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+namespace {
+
+/// Slopes that keep the cubics between two rows within these: by a library, for the rows as they stand, with a row at
+/// rest on either side, which makes the slopes of the first and the last row zero.
+std::vector<double> shape_preserving_slopes(const std::vector<double>& time, const std::vector<double>& height) {
+  const double length = time.back() - time.front();
+  std::vector<double> t{time.front() - length};
+  std::vector<double> y{height.front()};
+  t.insert(t.end(), time.begin(), time.end());
+  y.insert(y.end(), height.begin(), height.end());
+  t.push_back(time.back() + length);
+  y.push_back(height.back());
+  const boost::math::interpolators::pchip<std::vector<double>> curve{std::move(t), std::move(y)};
+  std::vector<double> slopes;
+  for (const double at : time) {
+    slopes.push_back(curve.prime(at));
+  }
+  return slopes;
+}
+
+/// How far a cubic leaves the range of its two ends. @param v0, v1 slopes over the whole length
+double overshoot(double y0, double y1, double v0, double v1) {
+  const double rise = y1 - y0;
+  // The slope is a parabola in s: v0 + 2 b s + 3 c s^2.
+  const double b = 3.0 * rise - 2.0 * v0 - v1;
+  const double c = v0 + v1 - 2.0 * rise;
+  const double root = std::sqrt(std::max(b * b - 3.0 * c * v0, 0.0));
+  const double q = -(b + std::copysign(root, b));
+  double most = 0.0;
+  for (const double s : {q / (3.0 * c), v0 / q}) {
+    if (s > 0.0 && s < 1.0) {
+      const double y = y0 + s * (v0 + s * (b + s * c));
+      most = std::max({most, y - std::max(y0, y1), std::min(y0, y1) - y});
+    }
+  }
+  return most;
+}
+
+}  // namespace
 
 SupportMotion::SupportMotion(std::vector<double> time, std::vector<double> height, std::vector<double> velocity)
     : time_{std::move(time)}, height_{std::move(height)}, velocity_{std::move(velocity)} {
@@ -20,12 +64,44 @@ SupportMotion::SupportMotion(std::vector<double> time, std::vector<double> heigh
         "height [m]"};
   }
   if (velocity_.empty()) {
-    velocity_.assign(time_.size(), 0.0);
-    for (std::size_t i = 1; i + 1 < time_.size(); ++i) {
-      const double before = time_[i] - time_[i - 1];
-      const double after = time_[i + 1] - time_[i];
-      velocity_[i] = ((height_[i] - height_[i - 1]) / before * after + (height_[i + 1] - height_[i]) / after * before) /
-                     (before + after);
+    velocity_ = shape_preserving_slopes(time_, height_);
+  } else {
+    refuse_overshoot();
+  }
+  refuse_speeds();
+}
+
+/// Faster than light is no motion of a support but a slip in a time or a unit.
+void SupportMotion::refuse_speeds() const {
+  for (std::size_t i = 0; i + 1 < time_.size(); ++i) {
+    const double speed = std::abs(height_[i + 1] - height_[i]) / (time_[i + 1] - time_[i]);
+    if (!(std::max({speed, std::abs(velocity_[i]), std::abs(velocity_[i + 1])}) < kSpeedOfLight)) {
+      std::ostringstream message;
+      message << "option -support_motion: rows " << i + 1 << " and " << i + 2 << " of numbers (t = " << time_[i]
+              << " s, " << time_[i + 1] - time_[i] << " s apart) are not allowed: the support would move by "
+              << std::max({speed, std::abs(velocity_[i]), std::abs(velocity_[i + 1])})
+              << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
+      throw InputError{message.str()};
+    }
+  }
+}
+
+/// Velocities that do not belong to the heights carry the support far beyond them.
+void SupportMotion::refuse_overshoot() const {
+  const auto [lowest, highest] = std::ranges::minmax(height_);
+  for (std::size_t i = 0; i + 1 < time_.size(); ++i) {
+    const double h = time_[i + 1] - time_[i];
+    const double beyond = overshoot(height_[i], height_[i + 1], h * velocity_[i], h * velocity_[i + 1]);
+    if (!(beyond <= highest - lowest)) {
+      const std::size_t row = std::abs(velocity_[i]) > std::abs(velocity_[i + 1]) ? i : i + 1;
+      std::ostringstream message;
+      message << "option -support_motion: a velocity of " << velocity_[row] << " m/s in row " << row + 1
+              << " of numbers (t = " << time_[row] << " s) is not allowed: between rows " << i + 1 << " and " << i + 2
+              << " it carries the support " << beyond << " m beyond their heights, expected at most "
+              << highest - lowest
+              << " m, the range of the whole table; give velocities that belong to the heights, more rows, or no "
+                 "velocities";
+      throw InputError{message.str()};
     }
   }
 }

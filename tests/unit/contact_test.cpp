@@ -1,11 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <random>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "support/steel_beam.hpp"
+#include "support/world.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/contact/support.hpp"
 
@@ -120,8 +125,7 @@ TEST(ImpactLaw, LosesMoreAboveTheYieldSpeed) {
 
 TEST(SupportMotion, IsACubicBetweenItsRowsAndStillBeside) {
   const SupportMotion motion{{1.0, 2.0, 4.0}, {0.5, 1.5, 0.5}};
-  // The parabola through three rows: slope 1 before, -1/2 after; the middle rate is (1 * 2 - 0.5 * 1) / 3 = 0.5.
-  EXPECT_DOUBLE_EQ(motion.at(2.0).velocity, 0.5);
+  EXPECT_EQ(motion.at(2.0).velocity, 0.0);  // it turns there
   EXPECT_EQ(motion.at(0.3).height, 0.5);
   EXPECT_EQ(motion.at(0.3).velocity, 0.0);
   EXPECT_EQ(motion.at(5.0).height, 0.5);
@@ -130,14 +134,58 @@ TEST(SupportMotion, IsACubicBetweenItsRowsAndStillBeside) {
   for (const double tau : {0.0, 0.3, 1.0}) {
     const double t = 2.25 + 1.5 * tau;
     const double s = (t - 2.0) / 2.0;  // Hermite's polynomials
-    const double expected =
-        1.5 * (1 + 2 * s) * (1 - s) * (1 - s) + 2.0 * 0.5 * s * (1 - s) * (1 - s) + 0.5 * s * s * (3 - 2 * s);
+    const double expected = 1.5 * (1 + 2 * s) * (1 - s) * (1 - s) + 0.5 * s * s * (3 - 2 * s);
     EXPECT_NEAR(cubic[0] + tau * (cubic[1] + tau * (cubic[2] + tau * cubic[3])), expected, 1e-15);
     EXPECT_NEAR(motion.at(t).height, expected, 1e-15);
   }
   EXPECT_NO_THROW(motion.require_smooth(10.0));
   EXPECT_THROW((SupportMotion{{0.0, 1.0}, {0.0, 1.0}, {0.0, 2.0}}.require_smooth(1.5)), InputError);
   EXPECT_NO_THROW((SupportMotion{{0.0, 1.0}, {0.0, 1.0}, {0.0, 2.0}}.require_smooth(1.0)));
+  // Where heights go on rising: the harmonic mean of the slopes 1 and 1/2, weighted with the lengths, 9 / (5 / 1 + 4 /
+  // 0.5).
+  const SupportMotion rising{{0.0, 1.0, 3.0}, {0.0, 1.0, 2.0}};
+  EXPECT_DOUBLE_EQ(rising.at(1.0).velocity, 9.0 / (5.0 / 1.0 + 4.0 / 0.5));
+}
+
+TEST(SupportMotion, StaysBetweenItsRowsWhereverTheyAre) {
+  std::mt19937_64 random{20};
+  std::uniform_real_distribution<double> height{-1.0, 1.0};
+  std::uniform_real_distribution<double> decades{-5.0, 1.0};
+  for (int table = 0; table < 200; ++table) {
+    std::vector<double> times{0.0};
+    std::vector<double> heights{height(random)};
+    const auto rows = 2 + static_cast<std::size_t>(table % 9);
+    while (times.size() < rows) {
+      times.push_back(times.back() + std::pow(10.0, decades(random)));
+      heights.push_back(table % 4 == 0 ? heights.back() : height(random) * std::pow(10.0, decades(random)));
+    }
+    const SupportMotion motion{times, heights};
+    for (std::size_t i = 0; i + 1 < rows; ++i) {
+      const auto [low, high] = std::minmax(heights[i], heights[i + 1]);
+      const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(low), std::abs(high));
+      for (int k = 0; k <= 40; ++k) {
+        const double at = std::lerp(times[i], times[i + 1], 0.025 * k);
+        const double y = motion.at(at, times[i]).height;
+        ASSERT_GE(y, low - rounding) << "table " << table << ", t = " << at;
+        ASSERT_LE(y, high + rounding) << "table " << table << ", t = " << at;
+      }
+    }
+  }
+}
+
+TEST(SupportMotion, RefusesVelocitiesAndRowsThatNoSupportHas) {
+  const auto refusal = [](std::vector<double> time, std::vector<double> height, std::vector<double> velocity) {
+    return test::failure_of<InputError>([&] { static_cast<void>(SupportMotion{time, height, velocity}); });
+  };
+  const std::string swing = refusal({0.0, 0.1, 0.2}, {0.0, 0.003, 0.0}, {0.0, -1e15, 0.0});
+  EXPECT_NE(swing.find("row 2 of numbers (t = 0.1 s)"), std::string::npos) << swing;
+  EXPECT_NE(swing.find("0.003 m"), std::string::npos) << swing;
+  const std::string jump = refusal({0.0, 0.1, 0.1000000000001, 0.2}, {0.0, 0.003, 0.0, 0.0}, {});
+  EXPECT_NE(jump.find("rows 2 and 3 of numbers"), std::string::npos) << jump;
+  EXPECT_NE(jump.find("speed of light"), std::string::npos) << jump;
+  // A cubic that leaves its rows by less than the whole table's range is the user's own will: 4/27 of a slope here.
+  EXPECT_NO_THROW((SupportMotion{{0.0, 1.0, 2.0}, {0.0, 0.0, 1.0}, {0.0, 0.9 * 27.0 / 4.0, 0.0}}));
+  EXPECT_THROW((SupportMotion{{0.0, 1.0, 2.0}, {0.0, 0.0, 1.0}, {0.0, 1.1 * 27.0 / 4.0, 0.0}}), InputError);
 }
 
 }  // namespace

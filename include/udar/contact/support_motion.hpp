@@ -8,13 +8,18 @@
 
 namespace udar {
 
+/// What moves faster is a slip in a number or its unit, and asks for steps without end [m/s].
+inline constexpr double kSpeedOfLight = 299792458.0;
+
 /// @brief A height over time: a cubic between every two rows of a table, with a continuous velocity; it stands still
-/// before the first row and after the last.
+/// before the first row and after the last. Source: docs/theory.md, "Supports that move"
 class SupportMotion {
  public:
   /// @param time [s], strictly ascending, at least two @param height [m]
-  /// @param velocity [m/s], as many; empty: by the parabola through three rows, zero in the first and last
-  /// @throws InputError naming -support_motion
+  /// @param velocity [m/s], as many; empty: such that no height leaves the range of the two rows around it, zero
+  /// in the first and last row (Fritsch and Butland 1984)
+  /// @throws InputError naming -support_motion and the row, if velocities carry the support further beyond the heights
+  /// than all these are apart, or it moves faster than light
   SupportMotion(std::vector<double> time, std::vector<double> height, std::vector<double> velocity = {});
 
   /// @brief Height [m], velocity [m/s] and acceleration [m/s^2] just after a time [s].
@@ -38,6 +43,9 @@ class SupportMotion {
   [[nodiscard]] std::span<const double> velocity() const noexcept { return velocity_; }
 
  private:
+  void refuse_overshoot() const;
+  void refuse_speeds() const;
+
   std::vector<double> time_;
   std::vector<double> height_;
   std::vector<double> velocity_;
