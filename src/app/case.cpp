@@ -55,12 +55,18 @@ Numbers column(const io::Table& table, std::size_t index) {
   return values;
 }
 
-void require_ascending(const char* option, const std::string& path, const Numbers& values, const char* what) {
-  const auto found = std::ranges::adjacent_find(values, std::ranges::greater_equal{});
+/// @param jumps whether two equal values are a jump
+void require_ascending(const char* option, const std::string& path, const Numbers& values, const char* what,
+                       bool jumps = false) {
+  auto found = std::ranges::adjacent_find(values, std::ranges::greater_equal{});
+  while (jumps && found != values.end() && found[1] == found[0] && (values.end() - found < 3 || found[2] > found[1])) {
+    found = std::adjacent_find(found + 1, values.end(), std::ranges::greater_equal{});
+  }
   if (found != values.end()) {
     std::ostringstream message;
-    message << "option " << option << ": '" << path << "': the " << what << " in column 1 must be strictly ascending, "
-            << found[1] << " follows " << found[0];
+    message << "option " << option << ": '" << path << "': the " << what << " in column 1 must be "
+            << (jumps ? "ascending, with at most two equal ones for a jump, " : "strictly ascending, ") << found[1]
+            << " follows " << found[0];
     throw InputError{message.str()};
   }
 }
@@ -370,10 +376,11 @@ void read_initial(MPI_Comm comm, Case& input) {
   group.string(
       "-initial_shape", shape,
       "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
-  group.reals("-load_position", load_position, "m", petsc::non_negative(), "where nodal forces act: the nearest node");
+  group.reals("-load_position", load_position, "m", petsc::non_negative(),
+              "where forces act; between two nodes on both, with force and moment kept");
   group.strings("-load_table", load_table,
-                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, "
-                "constant outside");
+                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, a jump "
+                "between two rows of one time, constant outside");
   group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
              "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda; for -ts_type "
              "impact and rk");
@@ -382,7 +389,8 @@ void read_initial(MPI_Comm comm, Case& input) {
              "same, with "
              "-contact_surface mass");
   if (!shape.empty()) {
-    const io::Table table = io::read_table(comm, "-initial_shape", shape, 2);
+    const io::Table table =
+        io::read_table(comm, "-initial_shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});
     input.initial.shape.x = column(table, 0);
     input.initial.shape.offset = column(table, 1);
     if (table.columns > 2) {
@@ -393,19 +401,23 @@ void read_initial(MPI_Comm comm, Case& input) {
   if (!load_position.empty() || !load_table.empty()) {
     load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
     for (std::size_t i = 0; i < load_position.size(); ++i) {
-      const io::Table table = io::read_table(comm, "-load_table", load_table[i], 2);
-      require_ascending("-load_table", load_table[i], column(table, 0), "times [s]");
+      const io::Table table = io::read_table(comm, "-load_table", load_table[i], {.names = {"time [s]", "force [N]"}});
+      require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
       input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
     }
   }
 }
 
-/// The longest step, at most `wished`, that divides the end of the run and, if that is possible too, the interval.
+/// The longest step, at most `wished`, that divides the interval between rows and the end of the run, if such a one
+/// exists without many steps for every row, else the end alone.
 double even_step(double wished, double interval, double end) {
   constexpr double kWhole = 1e-9;  // far from an integer by less: decimal fractions that rounding has touched
-  const double rows = end / interval;
-  const bool both = interval > wished && std::abs(rows - std::round(rows)) < kWhole * rows;
-  const double whole = both ? interval : end;
+  constexpr int kMany = 20;
+  double whole = end;
+  for (int parts = kMany; parts > 0; --parts) {
+    const double rows = end / interval * parts;
+    whole = std::abs(rows - std::round(rows)) < kWhole * rows ? interval / parts : whole;
+  }
   return whole / std::ceil(whole / wished * (1.0 - kWhole));
 }
 
@@ -434,7 +446,8 @@ void read_integration(MPI_Comm comm, Case& input) {
 }
 
 std::shared_ptr<const SupportMotion> read_motion(MPI_Comm comm, const std::string& path) {
-  const io::Table table = io::read_table(comm, "-support_motion", path, 2);
+  const io::Table table =
+      io::read_table(comm, "-support_motion", path, {.names = {"time [s]", "height [m]", "velocity [m/s]"}});
   require_ascending("-support_motion", path, column(table, 0), "times [s]");
   return std::make_shared<SupportMotion>(column(table, 0), column(table, 1),
                                          table.columns > 2 ? column(table, 2) : Numbers{});
@@ -502,7 +515,7 @@ void read_contact(MPI_Comm comm, Case& input) {
       "-support_motion", motion,
       "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
       "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
-      "without velocities these are zero in the first and last row");
+      "without velocities no height leaves the range of the two rows around it");
   const bool stiffness_given =
       group.reals("-support_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),
                   "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
@@ -569,7 +582,7 @@ void read_contact(MPI_Comm comm, Case& input) {
     input.supports.push_back(Support::floor(floor_height, restitution.back()));
   }
   if (!ground_file.empty()) {
-    const io::Table table = io::read_table(comm, "-ground_profile", ground_file, 2);
+    const io::Table table = io::read_table(comm, "-ground_profile", ground_file, {.names = {"x [m]", "height [m]"}});
     require_ascending("-ground_profile", ground_file, column(table, 0), "positions [m]");
     input.supports.push_back(Support::floor(0.0, restitution.back()));
     input.supports.back().profile = {.x = column(table, 0), .height = column(table, 1)};
@@ -581,10 +594,6 @@ void read_contact(MPI_Comm comm, Case& input) {
 
 void read_output(MPI_Comm comm, Case& input) {
   OptionGroup group{comm, "Output and restart"};
-  double length = 0.0;
-  for (const BeamSegment& segment : input.beam.segments) {
-    length += segment.length;
-  }
   group.reals("-gauge_position", input.gauges, "m", petsc::any(), "where gauges read: the nearest node");
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
   group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
@@ -601,12 +610,7 @@ void read_output(MPI_Comm comm, Case& input) {
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
   for (const double gauge : input.gauges) {
-    if (!(gauge >= 0.0 && gauge <= length)) {
-      std::ostringstream message;
-      message << "option -gauge_position: " << gauge << " is not allowed, expected a number from 0 to " << length
-              << " [m], on the beam";
-      throw InputError{message.str()};
-    }
+    require_on_beam("-gauge_position", gauge, input.beam.length());
   }
 }
 

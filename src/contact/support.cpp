@@ -34,10 +34,7 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
   std::vector<ContactRun> runs;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
-    std::ostringstream on_beam;
-    on_beam << "from 0 to " << beam.length() << " [m], on the beam";
-    require(support.position >= 0.0 && support.position <= beam.length(), "-support_position", support.position,
-            on_beam.str());
+    require_on_beam("-support_position", support.position, beam.length());
     require(support.width >= 0.0, "-support_width", support.width, "a number >= 0 [m]");
     require(std::isfinite(support.height), "-support_height", support.height, "a finite number [m]");
     require(support.restitution >= 0.0 && support.restitution <= 1.0, "-contact_restitution", support.restitution,

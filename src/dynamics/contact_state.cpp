@@ -175,6 +175,17 @@ void ContactState::line_at(double gap, std::size_t node, double time) {
   }
 }
 
+void ContactState::release_pulled(double time, double acceleration, std::span<const double> stretch) {
+  for (const ContactRun& run : runs_) {
+    const double lift = run.lift(time).acceleration;
+    for (std::size_t node = run.first; node < run.last; ++node) {
+      if (resting_on(node, run) && run.side * (acceleration * stretch[node] - lift) > 0.0) {
+        release(run, node, time);
+      }
+    }
+  }
+}
+
 void ContactState::resolve(double time, std::span<const std::int32_t> due, double acceleration,
                            std::span<double> position, std::span<double> velocity, std::span<double> stretch) {
   for (const ContactRun& run : runs_) {

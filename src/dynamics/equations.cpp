@@ -28,8 +28,9 @@ Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState&
   displacement_.resize(count);
 }
 
-void Equations::evaluate(double time, std::span<const double> mass_position, LineState& state, bool with_moment) {
-  state.time = time;
+void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment) {
+  state.time = at.time;
+  state.begin = at.begin;
   state.stretch.resize(axis_.size());
   state.moment.resize(with_moment ? axis_.size() : 0);
   for (std::size_t i = 0; i < axis_.size(); ++i) {
@@ -42,17 +43,18 @@ void Equations::evaluate(double time, std::span<const double> mass_position, Lin
     }
     return;
   }
-  line_->solve(displacement_, loads_->force(time, work_), state.stretch, state.moment);
+  line_->solve(displacement_, loads_->force(at, work_), state.stretch, state.moment);
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_ != nullptr) {
-    state.held = line_contact_->apply(time, mass_position, state.stretch, state.moment);
+    state.held = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
 }
 
-void Equations::evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate) {
-  line_->solve(mass_velocity, loads_->rate(time, work_), stretch_rate, {});
+void Equations::evaluate_rate(const Instant& at, std::span<const double> mass_velocity,
+                              std::span<double> stretch_rate) {
+  line_->solve(mass_velocity, loads_->rate(at, work_), stretch_rate, {});
 }
 
 std::vector<double> Equations::line_stretch(const LineState& state) const {
@@ -65,7 +67,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
                                std::span<const double> mass_velocity) {
   const double wf2 = line_->filter_frequency() * line_->filter_frequency();
   const std::span<const double> mass = line_->mass();
-  const std::span<const double> force = loads_->force(state.time, work_);
+  const std::span<const double> force = loads_->force({state.time, state.begin}, work_);
   const std::vector<double> stretch = line_stretch(state);
   std::array<double, 5> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {

@@ -61,6 +61,7 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
       count_{static_cast<std::size_t>(equations.beam().local_nodes())} {
   const BeamChain& beam = equations_->beam();
   const MassState masses = initial_masses(beam, initial);
+  refuse_absurd(masses, initial);
   refuse_overlap(masses);
   problem_.scale = motion_scale(masses, initial);
   kinks_ = equations_->loads().kinks();
@@ -91,6 +92,30 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
 ImpactDynamics::~ImpactDynamics() {
   if (line_contact_) {
     equations_->hold_line(nullptr);
+  }
+}
+
+void ImpactDynamics::refuse_absurd(const MassState& masses, const InitialState& initial) const {
+  constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
+  const BeamChain& beam = equations_->beam();
+  std::array<double, 2> largest{};  // velocity, offset from the axis
+  for (std::size_t i = 0; i < count_; ++i) {
+    const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
+    largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
+    largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, beam.comm());
+  std::ostringstream message;
+  if (!(largest[0] < kSpeedOfLight)) {
+    message << "options -initial_velocity, -initial_angular_velocity, -initial_shape: a mass starts with " << largest[0]
+            << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
+    throw InputError{message.str()};
+  }
+  if (!(largest[1] <= kLengths * beam.length())) {
+    message << "option -initial_shape: an offset of " << largest[1] << " is not allowed, expected at most "
+            << kLengths * beam.length() << " [m], " << kLengths
+            << " lengths of the beam: its theory is one of small slopes";
+    throw InputError{message.str()};
   }
 }
 
@@ -308,30 +333,65 @@ PetscErrorCode ImpactDynamics::post_step_callback(TS stepper) {
   PetscFunctionReturn(0);
 }
 
-/// Minus the integral of dF/dt' Yc from the start of the step, this rank's share; dF/dt is constant within a step.
+/// Minus the integral of dF/dt' Yc from the start of the step, this rank's share. But for steps of fixed length dF/dt
+/// is constant within a step.
 double ImpactDynamics::changing_load_work(double until) const {
   const std::vector<double> amplitudes = stepper_->amplitude_integrals(until);
   const auto corrected = equations_->line().corrected_modes();
   double work = 0.0;
   for (const Loads::LocalLoad& load : equations_->loads().local()) {
     const auto node = static_cast<std::size_t>(load.local_node);
-    double line = stepper_->line_integral(node, until);
+    double moved = 0.0;
+    Loads::each_piece(load.table, time_, until, [&](double begin, double end) {
+      const auto [force, rate] = Loads::evaluate(load.table, {begin, begin});
+      if (begin > time_) {
+        const auto before = Loads::evaluate(load.table, {begin, piece_begin(begin)});
+        moved += (force - before.force) * stepper_->line_place(node, begin);
+      }
+      moved += rate * (stepper_->line_integral(node, end) - stepper_->line_integral(node, begin));
+    });
     for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
-      line -= amplitudes[mode] * corrected[mode].shape[node];
+      moved -= Loads::evaluate(load.table, time_).rate * amplitudes[mode] * corrected[mode].shape[node];
     }
-    work -= Loads::evaluate(load.table, time_).rate * line;
+    work -= load.share * moved;
   }
   return work;
 }
 
+/// Where in the step at hand the loads began to be as they are up to a time.
+double ImpactDynamics::piece_begin(double time) const {
+  const auto kink = std::ranges::lower_bound(kinks_, time - time_resolution(time));
+  return kink == kinks_.begin() ? time_ : std::max(time_, *std::prev(kink));
+}
+
+/// Loads that jump at the end of a step: the line follows at once, and what that changes in its energy they have done.
+void ImpactDynamics::jump_loads(double begin) {
+  LineState line;
+  double after = 0.0;
+  const auto energy = [&](const Instant& at) {
+    const ReadArray state{state_};
+    equations_->evaluate(at, {state.values(), count_}, line, true);
+    return equations_->energy(line, {state.values(), count_}, {state.values() + count_, count_}).total();
+  };
+  const double before = energy({time_, begin});
+  after = energy(time_);
+  load_work_ += on_first_rank() ? after - before : 0.0;
+  const double wf = equations_->line().filter_frequency();
+  contact_.release_pulled(time_, wf * wf, line.stretch);
+  contact_.commit(time_, {});
+  tell_events();
+  contact_.begin_step();
+  stepper_->start(line);
+}
+
 void ImpactDynamics::emit_snapshots(double until) {
-  const auto due_time = [](const Due& due) {
+  const auto due_time = [this](const Due& due) {
     const double interval = due.observer->interval();
-    return interval > 0.0 ? multiple(due.next, interval) : kNever;
+    return interval > 0.0 && !due.ended ? std::min(multiple(due.next, interval), end_time_) : kNever;
   };
   while (!due_.empty()) {
     const double time = due_time(*std::ranges::min_element(due_, {}, due_time));
-    if (!(time <= until + time_resolution(until)) || time > end_time_ + time_resolution(end_time_)) {
+    if (!(time <= until + time_resolution(until))) {
       break;
     }
     const petsc::LogScope output{petsc::log_events().output};
@@ -354,6 +414,7 @@ void ImpactDynamics::emit_snapshots(double until) {
           since = last;
         }
         ++due.next;
+        due.ended = time >= end_time_ - time_resolution(end_time_);
         due.observer->snapshot(snapshot);
       }
     }
@@ -372,7 +433,7 @@ void ImpactDynamics::snapshot(double time, double until) {
   shown_resting_.resize(count_);
   stepper_->masses(time, shown_.position, shown_.velocity, shown_resting_);
   const PetscInt solves = equations_->line().solves();
-  equations_->evaluate(time, shown_.position, shown_line_, true);
+  equations_->evaluate({time, piece_begin(time)}, shown_.position, shown_line_, true);
   row_line_solves_ += equations_->line().solves() - solves;
   EnergyLedger now = equations_->energy(shown_line_, shown_.position, shown_.velocity);
   shown_shear_.resize(count_);
@@ -507,8 +568,12 @@ void ImpactDynamics::after_step() {
   }
   tell_events();
   contact_.begin_step();
+  const double piece = piece_begin(time);
   time_ = time;
   stepper_->begin_step();
+  if (equations_->loads().jumps_at(time)) {
+    jump_loads(piece);
+  }
   const double next_step = stepper_->next_step();
   limit_step(step_was_cut_ ? std::max(next_step, wanted_step_) : next_step);
   UDAR_CALL(TSGetStepRejections(ts_, &rejected_steps_));
@@ -640,9 +705,7 @@ void ImpactDynamics::restore(const MotionState& state) {
   ledger_.lost_in_impacts = state.scalar("lost_in_impacts");
   ledger_.initial = state.scalar("initial_energy");
   largest_kinetic_ = state.scalar("largest_kinetic");
-  int rank = 0;
-  MPI_Comm_rank(equations_->beam().comm(), &rank);
-  load_work_ = rank == 0 ? state.scalar("load_work") : 0.0;
+  load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
   const auto impulses = state.tables.find("support_impulse");
   if (impulses == state.tables.end() || impulses->second.size() != contact_.supports().size()) {
     throw InputError{"option -restart_file: it was written with another number of supports"};

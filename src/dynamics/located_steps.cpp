@@ -91,12 +91,12 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
   const ReadArray now{state};
   const LineState* line = &start_;
   if (!first_stage_at_start_ || time != start_.time) {
-    equations_->evaluate(time, {now.values(), count_}, last_);
+    equations_->evaluate({time, start_.time}, {now.values(), count_}, last_);
     line = &last_;
   }
   if (damping_.stiffness != 0.0) {
     stage_rate_.resize(count_);
-    equations_->evaluate_rate(time, {now.values() + count_, count_}, stage_rate_);
+    equations_->evaluate_rate({time, start_.time}, {now.values() + count_, count_}, stage_rate_);
   }
   const WriteArray change{rate};
   for (std::size_t i = 0; i < count_; ++i) {
@@ -181,7 +181,7 @@ void LocatedSteps::load_end(double time) {
   if (last_stage_at_end_ && last_.time == time) {
     std::swap(end_, last_);
   } else {
-    equations_->evaluate(time, {end.values(), count_}, end_);
+    equations_->evaluate({time, start_.time}, {end.values(), count_}, end_);
   }
   if (contact_->counts().resting > 0 || damping_.any()) {
     if (!start_rate_valid_) {
@@ -191,7 +191,7 @@ void LocatedSteps::load_end(double time) {
       start_rate_valid_ = true;
     }
     end_rate_.resize(count_);
-    equations_->evaluate_rate(time, {end.values() + count_, count_}, end_rate_);
+    equations_->evaluate_rate({time, start_.time}, {end.values() + count_, count_}, end_rate_);
   }
   if (!plain_) {
     find_accelerations(end.values(), end_, end_rate_, end_acceleration_, end_bend_);
@@ -526,7 +526,7 @@ void LocatedSteps::track_line_contact() {
     middle[i] = polynomial(i).position(0.5);
   }
   LineState halfway;
-  equations_->evaluate(start_.time + 0.5 * length, middle, halfway);
+  equations_->evaluate({start_.time + 0.5 * length, start_.time}, middle, halfway);
   power_ = {contact.power(start_.contact_force, start_.time), contact.power(halfway.contact_force, halfway.time),
             contact.power(end_.contact_force, end_.time)};
   for (const std::size_t i : contact.mine()) {
@@ -723,7 +723,7 @@ std::vector<double> LocatedSteps::amplitude_integrals(double until) const {
   std::vector<double> work;
   std::vector<double> given(count_);  // integral of F
   for (const double end : {0.0, 1.0}) {
-    const std::span<const double> force = equations_->loads().force(start_.time + end * elapsed, work);
+    const std::span<const double> force = equations_->loads().force({start_.time + end * elapsed, start_.time}, work);
     for (std::size_t i = 0; i < force.size(); ++i) {
       given[i] += 0.5 * elapsed * force[i];
     }

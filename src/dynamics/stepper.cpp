@@ -46,6 +46,7 @@ LineState saved_line(const MotionState& state, std::size_t size) {
     return found != state.tables.end() ? found->second : std::vector<double>{};
   };
   return {.time = state.scalar("time"),
+          .begin = state.scalar("time"),
           .stretch = state.field("stretch", size),
           .amplitude = table("amplitude"),
           .moment = {},

@@ -58,7 +58,7 @@ class Chebyshev final : public ProblemStepper {
     resting_before_ = contact_->resting_supports();
     track_contact();
     LineState line;
-    equations_->evaluate(end, next_.position, line);
+    equations_->evaluate({end, begin_}, next_.position, line);
     line_before_ = std::exchange(line_, std::move(line));
     std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
     for (const Candidate& candidate : candidates_) {

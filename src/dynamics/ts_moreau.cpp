@@ -32,7 +32,7 @@ class Moreau final : public ProblemStepper {
       guess_[i] = start_[i] + 0.5 * step_ * start_[count_ + i];
       displacement_[i] = guess_[i] - equations_->axis()[i];
     }
-    equations_->line().solve(displacement_, equations_->loads().force(begin_ + 0.5 * step_, work_), stretch_, {});
+    equations_->line().solve(displacement_, equations_->loads().mean(begin_, begin_ + step_, work_), stretch_, {});
     hold();
     double zero = 0.0;  // stays zero unless some value is not finite
     {
@@ -62,6 +62,10 @@ class Moreau final : public ProblemStepper {
   [[nodiscard]] double line_integral(std::size_t node, double until) const override {
     const double elapsed = std::clamp(until - begin_, 0.0, length_);
     return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
+  }
+
+  [[nodiscard]] double line_place(std::size_t node, double at) const override {
+    return start_[node] + std::clamp(at - begin_, 0.0, length_) * mean_velocity(node);
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {

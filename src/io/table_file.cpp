@@ -74,18 +74,19 @@ std::string_view trimmed(std::string_view text) {
                                          : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// The fields of a line, which is not blank.
-std::vector<std::string_view> split(std::string_view line) {
+/// The fields of a line, which is not blank. @param semicolons whether these separate the fields of this table
+std::vector<std::string_view> split(std::string_view line, bool semicolons) {
   std::vector<std::string_view> fields;
-  if (line.find(',') != std::string_view::npos) {
-    for (std::size_t comma = 0; comma != std::string_view::npos; line.remove_prefix(comma + 1)) {
-      comma = line.find(',');
-      fields.push_back(trimmed(line.substr(0, comma)));
-      if (comma == std::string_view::npos) {
-        break;
+  const char separator = semicolons ? ';' : ',';
+  if (semicolons || line.find(separator) != std::string_view::npos) {
+    for (;;) {
+      const std::size_t end = line.find(separator);
+      fields.push_back(trimmed(line.substr(0, end)));
+      if (end == std::string_view::npos) {
+        return fields;
       }
+      line.remove_prefix(end + 1);
     }
-    return fields;
   }
   while (!(line = trimmed(line)).empty()) {
     const std::size_t length = std::min(line.find_first_of(kBlanks), line.size());
@@ -97,7 +98,14 @@ std::vector<std::string_view> split(std::string_view line) {
 
 enum class Reading : std::uint8_t { number, not_a_number, out_of_range };
 
-Reading read_number(std::string_view field, double& value) {
+/// @param decimal_comma whether a comma may stand for the point
+Reading read_number(std::string_view field, bool decimal_comma, double& value) {
+  std::string with_point;
+  if (const std::size_t comma = field.find(','); decimal_comma && comma != std::string_view::npos) {
+    with_point = field;
+    with_point[comma] = '.';  // a point or comma besides is one too many, which is no number
+    field = with_point;
+  }
   if (field.size() > 1 && field[0] == '+' && field[1] != '-') {
     field.remove_prefix(1);
   }
@@ -112,15 +120,32 @@ Reading read_number(std::string_view field, double& value) {
 bool is_name(std::string_view field) {
   double value = 0.0;
   return !field.empty() && std::string_view{"+-.0123456789"}.find(field[0]) == std::string_view::npos &&
-         read_number(field, value) == Reading::not_a_number;
+         read_number(field, true, value) == Reading::not_a_number;
 }
 
-Table parse(std::string_view text, std::size_t min_columns) {
+/// What is wrong with so many columns, if anything.
+std::string complaint(std::size_t count, const Columns& columns) {
+  if (count >= columns.needed && count <= columns.names.size()) {
+    return {};
+  }
+  std::string text = " has " + std::to_string(count) + " column(s), expected ";
+  for (std::size_t number = columns.needed; number <= columns.names.size(); ++number) {
+    text += (number > columns.needed ? " or " : "") + std::to_string(number);
+  }
+  text += ":";
+  for (std::size_t i = 0; i < columns.names.size(); ++i) {
+    text += (i > 0 ? ", " : " ") + columns.names[i];
+  }
+  return text;
+}
+
+Table parse(std::string_view text, const Columns& columns) {
   if (text.substr(0, kByteOrderMark.size()) == kByteOrderMark) {
     text.remove_prefix(kByteOrderMark.size());
   }
   Table table;
   bool first = true;
+  bool semicolons = false;
   for (std::size_t number = 1; !text.empty(); ++number) {
     const std::size_t length = std::min(text.find('\n'), text.size());
     const std::string_view whole = text.substr(0, length);
@@ -130,12 +155,12 @@ Table parse(std::string_view text, std::size_t min_columns) {
       continue;
     }
     const std::string where = ", line " + std::to_string(number);
-    const std::vector<std::string_view> fields = split(line);
+    semicolons = first ? line.find(';') != std::string_view::npos : semicolons;
+    const std::vector<std::string_view> fields = split(line, semicolons);
     if (first) {
       table.columns = fields.size();
-      if (table.columns < min_columns) {
-        throw Complaint{where + " has " + std::to_string(table.columns) + " column(s), needed are at least " +
-                        std::to_string(min_columns)};
+      if (const std::string wrong = complaint(table.columns, columns); !wrong.empty()) {
+        throw Complaint{where + wrong};
       }
     }
     if (fields.size() != table.columns) {
@@ -148,7 +173,7 @@ Table parse(std::string_view text, std::size_t min_columns) {
       continue;
     }
     for (std::size_t column = 0; column < fields.size(); ++column) {
-      const Reading reading = read_number(fields[column], value);
+      const Reading reading = read_number(fields[column], semicolons, value);
       if (reading != Reading::number || !std::isfinite(value)) {
         const char* what = reading == Reading::out_of_range   ? "' is out of range"
                            : reading == Reading::not_a_number ? "' is not a number"
@@ -176,7 +201,7 @@ void broadcast(MPI_Comm comm, char* bytes, std::size_t count) {
 
 }  // namespace
 
-Table read_table(MPI_Comm comm, const std::string& option, const std::string& path, int min_columns) {
+Table read_table(MPI_Comm comm, const std::string& option, const std::string& path, const Columns& columns) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   Table table;
@@ -184,7 +209,7 @@ Table read_table(MPI_Comm comm, const std::string& option, const std::string& pa
   std::string failure;
   if (rank == 0) {
     try {
-      table = parse(read_all(path), static_cast<std::size_t>(std::max(min_columns, 1)));
+      table = parse(read_all(path), columns);
       for (const std::string& name : table.names) {
         names += name + '\n';
       }

@@ -15,18 +15,27 @@ void require(bool condition, const std::string& message) {
   }
 }
 
+constexpr double kEdgeTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
+constexpr double kEndTolerance = 1e-9;   // of the beam: so do ends
+
+}  // namespace
+
+double BeamParameters::length() const {
+  double sum = 0.0;
+  for (const BeamSegment& segment : segments) {
+    sum += segment.length;
+  }
+  return sum;
+}
+
 void require_on_beam(const char* option, double position, double length) {
-  if (!(position >= 0.0 && position <= length)) {
+  if (!(std::abs(position - 0.5 * length) <= (0.5 + kEndTolerance) * length)) {
     std::ostringstream message;
     message << "option " << option << ": " << position << " is not allowed, expected a number from 0 to " << length
             << " [m], on the beam";
     throw InputError{message.str()};
   }
 }
-
-constexpr double kEdgeTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
-
-}  // namespace
 
 BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, parameters_{std::move(parameters)} {
   require(!parameters_.segments.empty(), "a beam needs at least one segment");
@@ -316,6 +325,18 @@ PetscInt BeamChain::nearest_node(double position) const {
   const double steps = (position - first_position_[index]) / segment.length * static_cast<double>(segment.elements);
   const double nearest = std::ceil(steps - 0.5 - kEdgeTolerance);
   return first_element_[index] + static_cast<PetscInt>(std::clamp(nearest, 0.0, static_cast<double>(segment.elements)));
+}
+
+std::array<BeamChain::NodeShare, 2> BeamChain::lever(double position) const {
+  const PetscInt near = nearest_node(position);
+  const double off = position - this->position(near);
+  const PetscInt between = off > 0.0 ? near : near - 1;
+  const BeamElement gap_or_element = element(between);
+  const double share = std::abs(off) / gap_or_element.length;
+  if (!(share > kEdgeTolerance) || std::isinf(gap_or_element.flexural_compliance)) {
+    return {{{.node = near, .share = 1.0}, {.node = near, .share = 0.0}}};
+  }
+  return {{{.node = near, .share = 1.0 - share}, {.node = off > 0.0 ? near + 1 : near - 1, .share = share}}};
 }
 
 BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {

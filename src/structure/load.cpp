@@ -1,13 +1,10 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar {
-
 Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
   nodes_ = static_cast<std::size_t>(beam.local_nodes());
   if (gravity != 0.0) {
@@ -17,29 +14,41 @@ Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>
     }
   }
   for (const NodalLoad& load : nodal) {
-    if (load.time.empty() || load.time.size() != load.force.size() ||
-        std::ranges::adjacent_find(load.time, std::ranges::greater_equal{}) != load.time.end()) {
+    bool ascending = std::ranges::is_sorted(load.time);
+    for (std::size_t i = 0; i + 1 < load.time.size(); ++i) {
+      if (load.time[i] == load.time[i + 1]) {
+        ascending = ascending && (i + 2 == load.time.size() || load.time[i + 2] > load.time[i]);
+        jumps_.push_back(load.time[i]);
+      }
+    }
+    if (load.time.empty() || load.time.size() != load.force.size() || !ascending) {
       throw InputError{
-          "option -load_table: the times [s] of a load table must be strictly ascending, with a force [N] each"};
+          "option -load_table: the times [s] of a load table must be ascending, two equal ones for a jump, with a "
+          "force "
+          "[N] each"};
     }
-    if (!(load.position >= 0.0 && load.position <= beam.length())) {
-      throw InputError{"option -load_position: " + std::to_string(load.position) +
-                       " is off the beam, expected from 0 to " + std::to_string(beam.length()) + " [m]"};
-    }
+    require_on_beam("-load_position", load.position, beam.length());
     kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
-    const PetscInt node = beam.nearest_node(load.position);
-    if (node >= beam.begin() && node < beam.end()) {
-      local_.push_back({.local_node = node - beam.begin(), .table = load});
+    time_dependent_ = time_dependent_ || load.time.size() > 1;
+    for (const auto& [node, share] : beam.lever(load.position)) {
+      if (share > 0.0 && node >= beam.begin() && node < beam.end()) {
+        local_.push_back({.local_node = node - beam.begin(), .share = share, .table = load});
+      }
     }
   }
-  std::ranges::sort(kinks_);
-  kinks_.erase(std::ranges::unique(kinks_).begin(), kinks_.end());
+  for (auto* times : {&kinks_, &jumps_}) {
+    std::ranges::sort(*times);
+    times->erase(std::ranges::unique(*times).begin(), times->end());
+  }
 }
 
-Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, double time) {
-  // Steps end at kinks but for the last bits: what follows one must not take the slope before it.
-  constexpr double kInstant = 8.0 * std::numeric_limits<double>::epsilon();
-  const auto after = std::ranges::upper_bound(load.time, time + kInstant * std::abs(time));
+bool Loads::jumps_at(double time) const {
+  const auto next = std::ranges::lower_bound(jumps_, time, {}, just_after);
+  return next != jumps_.end() && *next <= just_after(time);
+}
+
+Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, const Instant& at) {
+  const auto after = std::ranges::upper_bound(load.time, just_after(at.begin));
   if (after == load.time.begin()) {
     return {.force = load.force.front(), .rate = 0.0};
   }
@@ -48,28 +57,44 @@ Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, double time) {
   }
   const auto right = static_cast<std::size_t>(after - load.time.begin());
   const double rate = (load.force[right] - load.force[right - 1]) / (load.time[right] - load.time[right - 1]);
-  return {.force = load.force[right - 1] + rate * (time - load.time[right - 1]), .rate = rate};
+  return {.force = load.force[right - 1] + rate * (at.time - load.time[right - 1]), .rate = rate};
 }
 
-std::span<const double> Loads::force(double time, std::vector<double>& work) const {
+/// Weight and loads together. @param value of one table
+template <class Value>
+std::span<const double> Loads::sum(std::vector<double>& work, const Value& value) const {
   if (local_.empty()) {
     return weight_;
   }
   work = weight_;
   work.resize(nodes_);
   for (const LocalLoad& load : local_) {
-    work[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).force;
+    work[static_cast<std::size_t>(load.local_node)] += load.share * value(load.table);
   }
   return work;
 }
 
-std::span<const double> Loads::rate(double time, std::vector<double>& work) const {
+std::span<const double> Loads::force(const Instant& at, std::vector<double>& work) const {
+  return sum(work, [&](const NodalLoad& load) { return evaluate(load, at).force; });
+}
+
+std::span<const double> Loads::mean(double from, double to, std::vector<double>& work) const {
+  return sum(work, [&](const NodalLoad& load) {
+    double impulse = 0.0;
+    each_piece(load, from, to, [&](double begin, double end) {
+      impulse += (end - begin) * evaluate(load, {0.5 * (begin + end), begin}).force;
+    });
+    return impulse / (to - from);
+  });
+}
+
+std::span<const double> Loads::rate(const Instant& at, std::vector<double>& work) const {
   if (local_.empty()) {
     return {};
   }
   work.assign(nodes_, 0.0);
   for (const LocalLoad& load : local_) {
-    work[static_cast<std::size_t>(load.local_node)] += evaluate(load.table, time).rate;
+    work[static_cast<std::size_t>(load.local_node)] += load.share * evaluate(load.table, at).rate;
   }
   return work;
 }

@@ -148,9 +148,13 @@ double largest(std::span<const Sample> samples, const Value& value) {
   if (peak == samples.begin() || peak + 1 == samples.end()) {
     return value(*peak);
   }
-  const double rise = value(*peak) - value(*(peak - 1));
-  const double drop = value(*peak) - value(*(peak + 1));
-  return rise + drop > 0.0 ? value(*peak) + (rise - drop) * (rise - drop) / (8.0 * (rise + drop)) : value(*peak);
+  const double before = peak->time - (peak - 1)->time;
+  const double after = (peak + 1)->time - peak->time;  // shorter at the end of a run
+  const double rise = (value(*peak) - value(*(peak - 1))) / before;
+  const double drop = (value(*peak) - value(*(peak + 1))) / after;
+  const double slope = (rise * after - drop * before) / (before + after);
+  const double bend = (rise + drop) / (before + after);
+  return bend > 0.0 ? value(*peak) + slope * slope / (4.0 * bend) : value(*peak);
 }
 
 /// @brief One number of a run.

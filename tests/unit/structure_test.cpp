@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -293,9 +294,58 @@ TEST(Loads, FollowTheirTablesAndHoldTheEnds) {
   expect(5.0, -10.0, 0.0);
 }
 
+TEST(Loads, JumpBetweenTwoRowsOfOneTime) {
+  const NodalLoad load{.position = 0.0, .time = {0.0, 1.0, 1.0, 2.0}, .force = {0.0, 2.0, -4.0, -4.0}};
+  EXPECT_DOUBLE_EQ(Loads::evaluate(load, {1.0, 0.5}).force, 2.0);  // at the end of a step
+  EXPECT_DOUBLE_EQ(Loads::evaluate(load, {1.0, 0.5}).rate, 2.0);
+  EXPECT_DOUBLE_EQ(Loads::evaluate(load, 1.0).force, -4.0);
+  EXPECT_DOUBLE_EQ(Loads::evaluate(load, 1.0).rate, 0.0);
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
+  const Loads loads{beam, 0.0, {load}};
+  EXPECT_EQ(loads.kinks(), (std::vector<double>{0.0, 1.0, 2.0}));
+  EXPECT_TRUE(loads.jumps_at(1.0));
+  EXPECT_TRUE(loads.jumps_at(std::nextafter(1.0, 0.0)));
+  EXPECT_FALSE(loads.jumps_at(2.0));
+  std::vector<double> work;
+  EXPECT_DOUBLE_EQ(loads.mean(0.5, 1.5, work)[0], 0.5 * 1.5 - 0.5 * 4.0);
+}
+
+TEST(Loads, BetweenNodesKeepForceAndMoment) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
+  for (const double x : {0.0, 0.7, 2.5, 6.0, 10.0}) {
+    const Loads loads{beam, 0.0, {{.position = x, .time = {0.0}, .force = {8.0}}}};
+    std::vector<double> work;
+    double force = 0.0;
+    double moment = 0.0;
+    const auto values = loads.force(0.0, work);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      force += values[i];
+      moment += values[i] * beam.position(static_cast<PetscInt>(i));
+    }
+    EXPECT_DOUBLE_EQ(force, 8.0);
+    EXPECT_NEAR(moment, 8.0 * x, 1e-14 * 80.0) << x;
+    EXPECT_EQ(std::ranges::count_if(values, [](double value) { return value != 0.0; }), x == 0.7 || x == 6.0 ? 2 : 1);
+  }
+}
+
+TEST(BeamChain, EndsAreOnTheBeamWhateverRoundingDoesToTheirSum) {
+  BeamParameters parameters = test::steel_beam(4);
+  parameters.segments.push_back(parameters.segments[0]);
+  parameters.segments[0].length = 0.1;
+  parameters.segments[1].length = 0.7;  // 0.1 + 0.7 < 0.8
+  parameters.point_masses = {{.position = 0.8, .mass = 1.0}};
+  parameters.line_supports = {{.position = 0.8}};
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  EXPECT_LT(beam.length(), 0.8);
+  EXPECT_TRUE(beam.held(8));
+  EXPECT_NO_THROW((Loads{beam, 0.0, {{.position = 0.8, .time = {0.0}, .force = {1.0}}}}));
+  EXPECT_EQ(contact_runs(beam, {{.position = 0.8}}).size(), 0U);  // found, and held
+  EXPECT_THROW(require_on_beam("-x", 0.8 + 1e-8, beam.length()), InputError);
+}
+
 TEST(Loads, RefuseTablesThatDoNotAscend) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
-  EXPECT_THROW((Loads{beam, 9.81, {{.position = 1.0, .time = {0.0, 0.0}, .force = {1.0, 2.0}}}}), InputError);
+  EXPECT_THROW((Loads{beam, 9.81, {{.position = 1.0, .time = {0.0, 0.0, 0.0}, .force = {1.0, 2.0, 3.0}}}}), InputError);
   EXPECT_THROW((Loads{beam, 9.81, {{.position = 1.0, .time = {}, .force = {}}}}), InputError);
   EXPECT_THROW((Loads{beam, 9.81, {{.position = 11.0, .time = {0.0}, .force = {1.0}}}}), InputError);
 }

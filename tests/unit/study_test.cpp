@@ -193,12 +193,20 @@ TEST(Rebound, IsEmptyWithoutOne) {
 TEST(Largest, IsThatOfTheParabola) {
   std::vector<Sample> samples(40);
   for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].time = static_cast<double>(i);
     samples[i].height = std::sin(0.1 * static_cast<double>(i) + 0.03);
   }
   // Half a row h = 0.1 from the peak the parabola of a sine is off by 3 h^4 / 128.
   EXPECT_NEAR(largest(samples, [](const Sample& row) { return row.height; }), 1.0, 2.4e-6);
   EXPECT_NEAR(-largest(std::span{samples}.first(3), [](const Sample& row) { return -row.height; }), std::sin(0.03),
               1e-15);
+  // Of a parabola it is exact, also where the last row comes early.
+  std::vector<Sample> uneven(3);
+  for (const auto& [i, time] : {std::pair<std::size_t, double>{0, 0.0}, {1, 1.0}, {2, 1.3}}) {
+    uneven[i].time = time;
+    uneven[i].height = 2.0 - (time - 1.1) * (time - 1.1);
+  }
+  EXPECT_NEAR(largest(uneven, [](const Sample& row) { return row.height; }), 2.0, 1e-15);
 }
 
 TEST(Plan, GridOfAxesFromCoarseToFine) {

@@ -44,16 +44,19 @@ class TemporaryFile {
   std::string path_;
 };
 
-Table read(const std::string& text, int min_columns = 2) {
+const Columns kTwo{.names = {"time [s]", "force [N]"}};
+const Columns kTwoOrThree{.names = {"time [s]", "height [m]", "velocity [m/s]"}};
+
+Table read(const std::string& text, const Columns& columns = kTwo) {
   const TemporaryFile file{text};
-  return read_table(PETSC_COMM_WORLD, "-load_table", file.path(), min_columns);
+  return read_table(PETSC_COMM_WORLD, "-load_table", file.path(), columns);
 }
 
 /// What the user reads about a table, without the path of the file.
-std::string complaint(const std::string& text, int min_columns = 2) {
+std::string complaint(const std::string& text, const Columns& columns = kTwo) {
   const TemporaryFile file{text};
   try {
-    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", file.path(), min_columns);
+    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", file.path(), columns);
   } catch (const FileError& error) {
     const std::string message = error.what();
     const std::string begin = "option -load_table: '" + file.path() + "'";
@@ -75,7 +78,7 @@ TEST(TableFile, ReadsCommasAndAHeader) {
 }
 
 TEST(TableFile, ReadsWhiteSpaceCommentsBlankLinesAndAMissingLastNewline) {
-  const Table table = read("# a comment\n\n  0\t1 2 # behind the numbers\r\n \n+3 4. .5", 3);
+  const Table table = read("# a comment\n\n  0\t1 2 # behind the numbers\r\n \n+3 4. .5", kTwoOrThree);
   EXPECT_TRUE(table.names.empty());
   EXPECT_EQ(table.columns, 3U);
   EXPECT_EQ(table.values, (std::vector<double>{0, 1, 2, 3, 4, 0.5}));
@@ -87,12 +90,22 @@ TEST(TableFile, ReadsWhatASpreadsheetSaves) {
   EXPECT_EQ(table.values, (std::vector<double>{1, 2}));
 }
 
+TEST(TableFile, ReadsSemicolonsWithDecimalCommas) {
+  const Table table = read("t;F\n0,5; -1,25e3\n1;2.5\n");
+  EXPECT_EQ(table.names, (std::vector<std::string>{"t", "F"}));
+  EXPECT_EQ(table.values, (std::vector<double>{0.5, -1250.0, 1.0, 2.5}));
+  EXPECT_EQ(read("0,5;1,25\n").values, (std::vector<double>{0.5, 1.25}));
+  EXPECT_EQ(complaint("0;1.234,5\n"), ", line 1, column 2: '1.234,5' is not a number");
+  EXPECT_EQ(complaint("0;1\n1,2\n"), ", line 2 has 1 column(s), the lines before it have 2");
+  EXPECT_EQ(complaint("0,1\n1,2;3\n"), ", line 2, column 2: '2;3' is not a number");
+}
+
 TEST(TableFile, KeepsEveryBitOfANumber) {
   EXPECT_EQ(read("0.1,2.2250738585072014e-308\n").values, (std::vector<double>{0.1, 2.2250738585072014e-308}));
 }
 
 TEST(TableFile, ReportsAMissingFile) {
-  const auto missing = [] { return read_table(PETSC_COMM_WORLD, "-load_table", "/no/such/table.csv", 1); };
+  const auto missing = [] { return read_table(PETSC_COMM_WORLD, "-load_table", "/no/such/table.csv", kTwo); };
   try {
     missing();
     FAIL() << "read a file that is not there";
@@ -103,7 +116,7 @@ TEST(TableFile, ReportsAMissingFile) {
 
 TEST(TableFile, ReportsAFolder) {
   try {
-    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", "/", 1);
+    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", "/", kTwo);
     FAIL() << "read a folder";
   } catch (const FileError& error) {
     EXPECT_STREQ(error.what(), "option -load_table: '/' cannot be read: Is a directory");
@@ -138,8 +151,11 @@ TEST(TableFile, ReportsRowsOfDifferentLength) {
   EXPECT_EQ(complaint("t f\n0 1\n\n2\n"), ", line 4 has 1 column(s), the lines before it have 2");
 }
 
-TEST(TableFile, ReportsTooFewColumns) {
-  EXPECT_EQ(complaint("0,1\n", 3), ", line 1 has 2 column(s), needed are at least 3");
+TEST(TableFile, ReportsTooFewOrTooManyColumns) {
+  EXPECT_EQ(complaint("0\n"), ", line 1 has 1 column(s), expected 2: time [s], force [N]");
+  EXPECT_EQ(complaint("t,f,v\n0,1,2\n"), ", line 1 has 3 column(s), expected 2: time [s], force [N]");
+  EXPECT_EQ(complaint("0,1,2,3\n", kTwoOrThree),
+            ", line 1 has 4 column(s), expected 2 or 3: time [s], height [m], velocity [m/s]");
 }
 
 }  // namespace

@@ -42,7 +42,8 @@ INSTANTIATE_TEST_SUITE_P(All, LineSupports, testing::ValuesIn(test::kWays), test
 /// Lifted, lowered, and back, with jumps of the acceleration.
 std::shared_ptr<const SupportMotion> shaken() {
   return std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.2, 0.4, 0.6},
-                                         std::vector<double>{0.0, 0.02, -0.015, 0.0});
+                                         std::vector<double>{0.0, 0.02, -0.015, 0.0},
+                                         std::vector<double>{0.0, -0.0375, -0.05, 0.0});
 }
 
 /// Under the whole beam.
@@ -338,6 +339,26 @@ TEST(LineSupportsOfAllKinds, EverStifferSpringsAreRigidInTheEnd) {
     before = off;
   }
   EXPECT_LT(apart(fall(1e16), rigid), 1e-8) << "[m], the adapted steps are others";
+}
+
+/// The unfiltered beam under a load that jumps within steps: the force's impulse, and the work it does, are those of
+/// the table. A rigid bar of one element falls by them as a ball does.
+TEST(Moreau, ALoadMayJumpWithinAStep) {
+  const test::Option end{"-ts_max_time", "1"};
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
+  FilteredLine line{beam, {.filter_frequency = 2.0 / 0.01, .unfiltered = true}};
+  const NodalLoad pulse{.position = 5.0, .time = {0.1234, 0.1234, 0.4567, 0.4567}, .force = {0.0, 3000.0, 3000.0, 0.0}};
+  const Loads loads{beam, 0.0, {pulse}};
+  const InitialState initial{.height = 1.0, .velocity = 0.5};
+  Equations equations{line, loads, initial};
+  ImpactDynamics dynamics{equations, {}, initial, {}};
+  test::Recorder record{0.1};
+  dynamics.add_observer(record);
+  dynamics.solve();
+  const double before = 0.5 * beam.total_mass();
+  const double impulse = 3000.0 * (0.4567 - 0.1234);
+  EXPECT_NEAR(test::momentum_of(line, dynamics), before + impulse, 1e-11 * impulse);
+  EXPECT_LT(record.largest_drift(), 1e-11);
 }
 
 /// The unfiltered beam on a table that moves: Newton's law and energy of the relative velocity.

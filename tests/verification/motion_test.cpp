@@ -10,6 +10,8 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "support/dense.hpp"
 #include "support/steel_beam.hpp"
@@ -394,6 +396,73 @@ TEST_P(Motion, ManyKinksOfATableGiveTheirImpulseAndTheirWork) {
   // 4000 N are the scale of the sums; one step with the wrong slope is off by 1e-4 of it.
   EXPECT_NEAR(momentum, impulse, within(1e-8) * 4000.0 * 0.3);
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-8));
+}
+
+/// A load that jumps up and down, on a beam that flies or that it tears off its supports, against steep ramps about the
+/// same times: places and work agree as the ramps get short.
+TEST_P(Motion, AJumpOfALoadIsWhatSteepRampsTendTo) {
+  const test::Option end{"-ts_max_time", "0.25"};
+  const test::Option tolerance{"-ts_rtol", rtol("1e-11")};
+  constexpr double kRamp = 1e-6;  // [s]; what it changes is of its square, but for masses that it lets go
+  for (const bool rests : {false, true}) {
+    NodalLoad jump{.position = 3.2, .time = {}, .force = {}};
+    NodalLoad ramp{.position = 3.2, .time = {}, .force = {}};
+    double before = 0.0;
+    double impulse = 0.0;
+    for (const auto& [time, force] : {std::pair{0.05, 60000.0}, {0.12, -20000.0}, {0.2, 0.0}}) {
+      jump.time.insert(jump.time.end(), {time, time});
+      jump.force.insert(jump.force.end(), {before, force});
+      ramp.time.insert(ramp.time.end(), {time - 0.5 * kRamp, time + 0.5 * kRamp});
+      ramp.force.insert(ramp.force.end(), {before, force});
+      impulse += force * (time == 0.05 ? 0.07 : 0.08);
+      before = force;
+    }
+    const std::vector<Support> supports(rests ? 1 : 0, Support::floor(0.0, 0.0));
+    std::array<test::Recorder, 2> record{test::Recorder{0.05}, test::Recorder{0.05}};
+    std::array<double, 2> momentum{};
+    for (std::size_t k = 0; k < 2; ++k) {
+      test::Fall fall{test::steel_beam(20),  100.0, rests ? kGravity : 0.0, {.height = 0.0}, supports, {},
+                      {k == 0 ? jump : ramp}};
+      fall.dynamics.add_observer(record[k]);
+      fall.dynamics.solve();
+      momentum[k] = test::momentum_of(fall.line, fall.dynamics);
+    }
+    EXPECT_LT(std::abs(record[0].energies.back().drift()), within(1e-8)) << rests;
+    if (!rests) {
+      EXPECT_NEAR(momentum[0], impulse, within(1e-8) * impulse);
+    }
+    const double apart = rests ? 1e-5 : within(1e-9);  // [m]
+    for (std::size_t i = 0; i < record[0].positions.back().size(); ++i) {
+      EXPECT_NEAR(record[0].positions.back()[i], record[1].positions.back()[i], apart) << rests;
+    }
+    EXPECT_NEAR(record[0].energies.back().load_work, record[1].energies.back().load_work,
+                1e-5 * std::abs(record[1].energies.back().load_work))
+        << rests;
+    EXPECT_GT(std::abs(record[1].energies.back().load_work), 100.0);
+    ASSERT_EQ(record[0].rests.size(), record[1].rests.size());
+    for (std::size_t i = 0; i < record[0].rests.size(); ++i) {
+      EXPECT_NEAR(record[0].rests[i].time, record[1].rests[i].time, 1e-5);
+    }
+  }
+}
+
+/// A run ends with a row of each listener, whether its interval divides the end or not.
+TEST_P(Motion, TheEndIsARow) {
+  const test::Option end{"-ts_max_time", "0.5"};
+  test::Fall fall{test::steel_beam(10), 100.0, kGravity, {.height = 1.0}, {Support::floor(0.0, 1.0)}};
+  std::array<test::Recorder, 3> record{test::Recorder{0.03}, test::Recorder{0.1}, test::Recorder{2.0}};
+  for (test::Recorder& one : record) {
+    fall.dynamics.add_observer(one);
+  }
+  fall.dynamics.solve();
+  EXPECT_EQ(record[0].times.size(), 18U);
+  EXPECT_EQ(record[1].times.size(), 6U);
+  EXPECT_EQ(record[2].times, (std::vector<double>{0.0, 0.5}));
+  const MassState masses = fall.dynamics.masses();
+  for (const test::Recorder& one : record) {
+    EXPECT_EQ(one.times.back(), 0.5);
+    EXPECT_EQ(one.positions.back(), masses.position);
+  }
 }
 
 TEST(DenseOutput, IsNoWorseThanTheOneOfTheIntegrator) {

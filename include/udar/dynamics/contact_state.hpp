@@ -143,6 +143,10 @@ class ContactState {
   [[nodiscard]] bool smallest(double gap) const noexcept { return gap < line_gap_.gap; }
   /// @}
 
+  /// @brief Releases the masses that a line which has jumped pulls off their supports.
+  /// @param acceleration over `stretch`: wf^2 [1/s^2]
+  void release_pulled(double time, double acceleration, std::span<const double> stretch);
+
   /// @brief Applies the law to every mass on its support at one instant, and releases those that are due to lift.
   /// @param due  per local node: index + 1 of the support whose gap closes or from which the mass lifts now; 0: none
   /// @param acceleration  over `stretch`: wf^2 [1/s^2]

@@ -16,6 +16,7 @@ namespace udar {
 /// @brief Where the line stands at one time, one value per local node.
 struct LineState {
   double time = 0.0;                  ///< [s]
+  double begin = 0.0;                 ///< of the step whose forces it is under [s]
   std::vector<double> stretch;        ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
   std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
   std::vector<double> moment;         ///< [N m]; empty unless asked for
@@ -44,11 +45,11 @@ class Equations {
   void hold_line(LineContact* contact) noexcept { line_contact_ = contact; }
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_; }
 
-  /// @brief Solves for the line at time t, held by its supports. @param[in] mass_position Ym [m] @note Collective.
-  void evaluate(double time, std::span<const double> mass_position, LineState& state, bool with_moment = false);
+  /// @brief Solves for the line at a time, held by its supports. @param[in] mass_position Ym [m] @note Collective.
+  void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
 
-  /// @brief d' = Yc' - Vm [m/s] just after time t. @param[in] mass_velocity Vm [m/s] @note Collective.
-  void evaluate_rate(double time, std::span<const double> mass_velocity, std::span<double> stretch_rate);
+  /// @brief d' = Yc' - Vm [m/s]. @param[in] mass_velocity Vm [m/s] @note Collective.
+  void evaluate_rate(const Instant& at, std::span<const double> mass_velocity, std::span<double> stretch_rate);
 
   /// @brief Yc - Ym of the line [m], one value per local node: the stretch, less what corrected modes put into the
   /// pull.

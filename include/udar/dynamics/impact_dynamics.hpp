@@ -79,9 +79,11 @@ class ImpactDynamics {
  private:
   struct Due {
     Observer* observer;
-    PetscInt next;  // multiple of its interval
+    PetscInt next;       // multiple of its interval
+    bool ended = false;  // has had the row at the end of the run
   };
 
+  void refuse_absurd(const MassState& masses, const InitialState& initial) const;
   void refuse_overlap(const MassState& masses) const;
   [[nodiscard]] MotionScale motion_scale(const MassState& masses, const InitialState& initial) const;
   [[nodiscard]] TSType default_type() const;
@@ -96,6 +98,9 @@ class ImpactDynamics {
   void emit_snapshots(double until);
   void snapshot(double time, double until);
   [[nodiscard]] double changing_load_work(double until) const;
+  [[nodiscard]] double piece_begin(double time) const;
+  void jump_loads(double begin);
+  [[nodiscard]] bool on_first_rank() const { return equations_->beam().begin() == 0; }
   static PetscErrorCode post_step_callback(TS stepper);
 
   Equations* equations_;

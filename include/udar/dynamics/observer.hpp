@@ -104,9 +104,10 @@ class Observer {
   Observer& operator=(const Observer&) = delete;
   virtual ~Observer() = default;
 
-  /// Simulated time [s] between snapshots: one at t = 0 and every multiple of it, exactly; 0 for none.
+  /// Simulated time [s] between snapshots: one at t = 0, every multiple of it, exactly, and the end of the run; 0 for
+  /// none.
   [[nodiscard]] virtual double interval() const { return 0.0; }
-  /// The state at a multiple of `interval()`.
+  /// The state at such a time.
   virtual void snapshot(const Snapshot& /*state*/) {}
   /// Impacts and rest events of this rank in one step, those of a node in order of time (spans may be empty here and
   /// not elsewhere).

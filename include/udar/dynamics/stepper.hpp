@@ -71,6 +71,10 @@ class Stepper {
   /// within it.
   [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
 
+  /// @brief Where the line is at such a node and time [m]; asked for only where a load jumps within a step, which those
+  /// of fixed length alone do not end at.
+  [[nodiscard]] virtual double line_place(std::size_t /*node*/, double /*at*/) const { return 0.0; }
+
   /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
   [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
   /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to

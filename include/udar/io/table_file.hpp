@@ -20,14 +20,22 @@ struct Table {
   [[nodiscard]] double at(std::size_t row, std::size_t column) const { return values.at(row * columns + column); }
 };
 
-/// @brief Reads a table of numbers: columns separated by commas or by white space, `#` before a comment, blank lines
-/// ignored, and at most one header line, which does not begin with a number.
-/// @param[in] option      the option that names the file, for the messages
-/// @param[in] path        a relative one is looked for from the working directory, then beside the options files
-/// @param[in] min_columns least number of columns that make sense
+/// @brief The columns that a table must have: the first `needed` of the names, or more of them in this order.
+struct Columns {
+  std::vector<std::string> names;  ///< with units, as messages show them
+  std::size_t needed = 2;
+};
+
+/// @brief Reads a table of numbers: columns separated by commas, by white space or, as spreadsheets do where the comma
+/// is the decimal mark, by semicolons; `#` before a comment, blank lines ignored, and at most one header line, which
+/// does not begin with a number.
+/// @param[in] option  the option that names the file, for the messages
+/// @param[in] path    a relative one is looked for from the working directory, then beside the options files
+/// @param[in] columns what is expected; a table with any more columns is refused, as nobody would read them
 /// @note Collective; rank 0 reads, all get the table
 /// @throws FileError on all ranks, naming option, file, line and column, if the file cannot be read, has no rows, rows
-/// of different lengths, too few columns, or something else than finite numbers
-[[nodiscard]] Table read_table(MPI_Comm comm, const std::string& option, const std::string& path, int min_columns);
+/// of different lengths, too few or too many columns, or something else than finite numbers
+[[nodiscard]] Table read_table(MPI_Comm comm, const std::string& option, const std::string& path,
+                               const Columns& columns);
 
 }  // namespace udar::io

@@ -68,6 +68,8 @@ struct BeamParameters {
   std::vector<PointMass> point_masses;
   std::vector<LineSupport> line_supports;
   std::vector<MassPatch> mass_patches;
+
+  [[nodiscard]] double length() const;  ///< of all segments, gaps included [m]
 };
 
 /// @brief What a bending moment comes to in the outermost fibre; not a number where that is not known.
@@ -75,6 +77,10 @@ struct MomentStress {
   double stress = 0.0;       ///< 1/W [Pa/(N m)]
   double utilisation = 0.0;  ///< of the yield stress [1/(N m)]
 };
+
+/// @brief Whether a place lies on a beam, its ends included to the rounding of decimal fractions and of their sums.
+/// @throws InputError naming the option that asked for it, and the range [m]
+void require_on_beam(const char* option, double position, double length);
 
 /// @brief One element of the massless line.
 struct BeamElement {
@@ -120,6 +126,13 @@ class BeamChain {
   [[nodiscard]] bool held(PetscInt node) const;                   ///< the line cannot move here
   [[nodiscard]] MomentStress moment_stress(PetscInt node) const;  ///< the larger of the sides on which it is known
   [[nodiscard]] PetscInt nearest_node(double position) const;     ///< the left one of two equally near
+  /// @brief The nodes beside a place and the shares of a force there that they take, so that force and moment stay; all
+  /// of it goes to a node that is there, and to the nearest where there is no element.
+  struct NodeShare {
+    PetscInt node;
+    double share;
+  };
+  [[nodiscard]] std::array<NodeShare, 2> lever(double position) const;
   /// All nodes in [from, to], edges included to 1e-9 of an element; those that carry its mass if that is a mass patch.
   /// Empty if first > last.
   [[nodiscard]] NodeRange nodes_within(double from, double to) const;
