@@ -16,8 +16,10 @@
 #include <vector>
 
 #include "app/run_costs.hpp"
+#include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/app/places.hpp"
 #include "udar/app/stop_signals.hpp"
 #include "udar/app/view.hpp"
 #include "udar/filter/modes.hpp"
@@ -304,20 +306,21 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     choose_frequency(comm, input.beam, input.filter);
   }
   settle_force_window(input);
-  const BeamChain beam{comm, input.beam};
-  FilteredLine line{beam, input.filter};
   std::vector<Mode> modes;
-  if (!help) {
-    modes = modes_to_show(input, line);
-    for (const PetscInt number : correct_modes(line, input.filter)) {
-      if (number <= static_cast<PetscInt>(modes.size())) {
-        modes[static_cast<std::size_t>(number - 1)].corrected = true;
-      }
-    }
-  }
-  const Loads loads{beam, input.gravity, input.loads};
-  Equations equations{line, loads, input.initial, input.damping};
-  ImpactDynamics dynamics{equations, input.supports, input.initial, input.contact};
+  Assembly assembly{comm, input, [&](FilteredLine& line) {
+                      if (help) {
+                        return;
+                      }
+                      modes = modes_to_show(input, line);
+                      for (const PetscInt number : correct_modes(line, input.filter)) {
+                        if (number <= static_cast<PetscInt>(modes.size())) {
+                          modes[static_cast<std::size_t>(number - 1)].corrected = true;
+                        }
+                      }
+                    }};
+  const BeamChain& beam = assembly.beam;
+  FilteredLine& line = assembly.line;
+  ImpactDynamics dynamics = assembly.motion();
   if (help) {
     return {};
   }
@@ -333,6 +336,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     print_view(input, line, modes, springs);
   }
   print_warnings(input, line, modes, springs);
+  warn_of_places(input, beam);
 
   io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
   io::BendingPeaks bending;

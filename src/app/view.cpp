@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "udar/app/places.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
 
@@ -174,10 +175,17 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
                           "supports below: stiffness %g N/m, drop %g m, predicted sag of the line through them %g m\n",
                           springs.stiffness, springs.drop, springs.predicted_sag));
   }
-  for (const double gauge : input.gauges) {
-    const PetscInt node = beam.nearest_node(gauge);
-    UDAR_CALL(PetscPrintf(comm, "gauge: asked x %g m, node %lld at x %g m\n", gauge, static_cast<long long>(node),
-                          beam.position(node)));
+  for (const auto& [name, asked, used] : placed_at_nodes(input, beam)) {
+    UDAR_CALL(PetscPrintf(comm, "%s: asked x %g m, node %lld at x %g m\n", name.c_str(), asked,
+                          static_cast<long long>(beam.nearest_node(asked)), used));
+  }
+  for (const NodalLoad& load : input.loads) {
+    const auto [near, far] = beam.lever(load.position);
+    UDAR_CALL(PetscPrintf(comm, "load: x %g m, by node %lld at x %g m (share %g)", load.position,
+                          static_cast<long long>(near.node), beam.position(near.node), near.share));
+    UDAR_CALL(far.share > 0.0 ? PetscPrintf(comm, " and node %lld at x %g m (share %g)\n",
+                                            static_cast<long long>(far.node), beam.position(far.node), far.share)
+                              : PetscPrintf(comm, "\n"));
   }
   UDAR_CALL(PetscPrintf(comm, "output: %s, every %g s, fields every %g s\n", input.output.directory.c_str(),
                         input.output.interval, input.output.field_interval));
@@ -204,6 +212,13 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
                     ? "; under point supports this grows without limit on finer meshes: give -support_width, or "
                       "-contact_surface line"
                     : "");
+  }
+  const double angle = 2.0 / line.filter_frequency() * (modes.empty() ? 0.0 : modes.front().frequency);
+  if (line.parameters().unfiltered && angle > 1.0) {
+    petsc::warn(comm,
+                "the time step of %g s is %.3g times 1 / w1 of the beam's first bending frequency w1 = %.4g rad/s: it "
+                "does not resolve even its slowest vibration; lower -ts_dt",
+                2.0 / line.filter_frequency(), angle, modes.front().frequency);
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
   for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {

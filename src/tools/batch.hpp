@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
-#include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::bench {
@@ -19,16 +19,14 @@ namespace udar::bench {
 /// One beam of the batch from start to end, without files. @return [seconds, impacts, line solves]
 inline std::array<double, 3> run_beam(MPI_Comm comm, const app::Case& input, PetscInt index, PetscInt beams) {
   constexpr double kSpread = 0.1;  // of the initial height, over the batch
-  InitialState initial = input.initial;
-  initial.height *= 1.0 + kSpread * static_cast<double>(index) / static_cast<double>(beams);
+  app::Case own = input;
+  own.initial.height *= 1.0 + kSpread * static_cast<double>(index) / static_cast<double>(beams);
   const double begin = MPI_Wtime();
-  const BeamChain beam{comm, input.beam};
-  FilteredLine line{beam, input.filter};
-  const Loads loads{beam, input.gravity, input.loads};
-  Equations equations{line, loads, initial};
-  ImpactDynamics dynamics{equations, input.supports, initial, input.contact};
+  app::Assembly assembly{comm, own};
+  ImpactDynamics dynamics = assembly.motion();
   dynamics.solve();
-  return {MPI_Wtime() - begin, static_cast<double>(dynamics.counts().impacts), static_cast<double>(line.solves())};
+  return {MPI_Wtime() - begin, static_cast<double>(dynamics.counts().impacts),
+          static_cast<double>(assembly.line.solves())};
 }
 
 /// Deals the beams to groups of ranks and prints the throughput as one JSON object.

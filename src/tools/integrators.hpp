@@ -11,7 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/app/assembly.hpp"
+#include "udar/app/case.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -107,12 +108,14 @@ inline void leapfrog(const Motion& motion, Equations& equations, double angle, R
 }
 
 inline Result run(const Bench& bench, const Motion& motion, const Method& method) {
-  BeamParameters parameters = bench.beam;
-  parameters.segments[0].elements = motion.elements;
-  const BeamChain beam{bench.comm, parameters};
-  FilteredLine line{beam, {.filter_frequency = kFilter}};
-  const Loads loads{beam, motion.gravity, {}};
-  Equations equations{line, loads, motion.initial};
+  app::Case input;
+  input.beam = bench.beam;
+  input.beam.segments[0].elements = motion.elements;
+  input.filter.filter_frequency = kFilter;
+  input.gravity = motion.gravity;
+  input.initial = motion.initial;
+  input.supports = motion.supports;
+  app::Assembly assembly{bench.comm, input};
   Result result;
   const auto& events = petsc::log_events();
   const auto since = [](petsc::EventTotals now, petsc::EventTotals before) {
@@ -122,7 +125,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
   const auto solve = petsc::event_totals(events.solve);
   const auto begin = std::chrono::steady_clock::now();
   if (method.leapfrog > 0.0) {
-    leapfrog(motion, equations, method.leapfrog, result);
+    leapfrog(motion, assembly.equations, method.leapfrog, result);
   } else {
     auto options = method.options;
     options.emplace_back("-ts_max_time", std::to_string(motion.end));
@@ -130,7 +133,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
       UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value.c_str()));
     }
     {
-      ImpactDynamics dynamics{equations, motion.supports, motion.initial, {}};
+      ImpactDynamics dynamics = assembly.motion();
       Samples samples{motion.end / kSamples, result.positions};
       dynamics.add_observer(samples);
       dynamics.solve();
@@ -141,7 +144,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
     for (const auto& [key, value] : options) {
       UDAR_CALL(PetscOptionsClearValue(nullptr, key.c_str()));
     }
-    result.solves = line.solves() - kSamples - 1;
+    result.solves = assembly.line.solves() - kSamples - 1;
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.local = since(petsc::event_totals(events.local_motion), local);

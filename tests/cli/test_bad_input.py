@@ -211,6 +211,37 @@ REFUSED = {
     ),
     "ragged_load_table": ({"load_position": 5, "load_table": "ragged.csv"}, ["-load_table", "ragged.csv", "line 3"]),
     "load_table_goes_back": ({"load_position": 5, "load_table": "back.csv"}, ["-load_table", "back.csv", "ascending"]),
+    "load_of_three_columns": (
+        {"load_position": 5, "load_table": "swinging.csv"},
+        ["-load_table", "swinging.csv", "line 1", "3 column(s)", "expected 2", "time [s]", "force [N]"],
+    ),
+    "load_with_three_rows_of_a_time": (
+        {"load_position": 5, "load_table": "thrice.csv"},
+        ["-load_table", "thrice.csv", "at most two", "[s]"],
+    ),
+    "motion_beyond_its_heights": (
+        {"support_motion": "swinging.csv"},
+        ["-support_motion", "-1e+15 m/s", "row 3", "0.005 m"],
+    ),
+    "motion_faster_than_light": (
+        {"support_motion": "drop.csv"},
+        ["-support_motion", "rows 4 and 5", "speed of light", "m/s"],
+    ),
+    "shape_of_another_planet": (
+        {"initial_shape": "spike.csv", "initial_height": 0.05, "ts_type": "rk"},
+        ["-initial_shape", "6.48868e+13", "at most 10000", "[m]"],
+    ),
+    "shape_faster_than_light": (
+        {"initial_shape": "shot.csv", "initial_height": 0.05, "ts_type": "rk"},
+        ["-initial_shape", "1.84461e+14", "speed of light", "m/s"],
+    ),
+    **{
+        f"tao_type_{name}": (
+            {"contact_surface": "line", "contact_line_dense_max": 0, "contact_tao_type": name},
+            ["-contact_tao_type", f"'{name}'", "expected bqpip"],
+        )
+        for name in ("lmvm", "pdipm")
+    },
     "empty_load_table": ({"load_position": 5, "load_table": "empty.csv"}, ["-load_table", "empty.csv"]),
     "missing_shape": ({"initial_shape": "absent.csv"}, ["-initial_shape", "absent.csv", "No such file"]),
     "malformed_shape": ({"initial_shape": "words.csv"}, ["-initial_shape", "words.csv", "heavy"]),
@@ -262,6 +293,11 @@ FILES = {
     "ragged.csv": "time,force\n0,0\n1\n",
     "back.csv": "time,force\n0,0\n1,10\n0.5,20\n",
     "empty.csv": "",
+    "thrice.csv": "0,0\n1,10\n1,20\n1,30\n",
+    "swinging.csv": "0,0,0\n0.02,0.001,0.05\n0.05,-0.002,-1e15\n0.1,0.003,0\n0.2,0,0\n",
+    "drop.csv": "0,0\n0.02,0.001\n0.05,-0.002\n0.1,0.003\n0.1000000000001,0\n0.14,0\n",
+    "spike.csv": "0,0\n2.5,0.01\n5,-64886798321540.64\n7.5,0.01\n10,0\n",
+    "shot.csv": "0,0,0.1\n2.5,0.01,-0.2\n7.5,0.02,-0.2\n10,0,184461147559898.47\n",
     "malformed.yaml": "beam_length: [10, 20\nbeam_density: }\n",
     "unknown.yaml": "beam_lenght: 10\n",
     "wrong.yaml": "beam_density: -1\n",

@@ -130,6 +130,13 @@ class Batch(unittest.TestCase):
         self.assertEqual(result.returncode, 0, result.stderr)
         return json.loads(result.stdout)
 
+    def test_a_damped_beam_is_damped(self):
+        free, damped = (
+            self.run_batch(1, "-bench_beams", "1", "-ts_type", "impact", "-damping_mass", alpha) for alpha in ("0", "5")
+        )
+        self.assertNotEqual(free["line_solves"], damped["line_solves"])
+        self.assertLess(damped["impacts"], free["impacts"])
+
     def test_groups_do_the_same_work(self):
         alone = self.run_batch(1, "-bench_beams", "7")
         for ranks, group in ((2, 1), (2, 2)):

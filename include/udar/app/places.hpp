@@ -1,0 +1,28 @@
+#pragma once
+/// @file
+/// Where on the mesh the things of a case are.
+
+#include <string>
+#include <vector>
+
+#include "udar/app/case.hpp"
+#include "udar/structure/beam_chain.hpp"
+
+namespace udar::app {
+
+/// @brief A thing that acts or reads at the nearest node.
+struct Placed {
+  std::string name;    ///< "support 0"
+  double asked = 0.0;  ///< x [m]
+  double used = 0.0;   ///< x of the node [m]
+};
+
+/// @brief All of a case that are at one node: supports without a width, line supports, point masses, gauges.
+[[nodiscard]] std::vector<Placed> placed_at_nodes(const Case& input, const BeamChain& beam);
+
+/// @brief Warns of what is so far from where it was asked for that the answer is another's, by more than 2 % of the
+/// beam's length or a tenth of the way to the next support, and of supports whose width covers a single node.
+/// @note Collective.
+void warn_of_places(const Case& input, const BeamChain& beam);
+
+}  // namespace udar::app
