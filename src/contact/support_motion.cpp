@@ -29,6 +29,7 @@ std::vector<double> shape_preserving_slopes(const std::vector<double>& time, con
   y.push_back(height.back());
   const boost::math::interpolators::pchip<std::vector<double>> curve{std::move(t), std::move(y)};
   std::vector<double> slopes;
+  slopes.reserve(time.size());
   for (const double at : time) {
     slopes.push_back(curve.prime(at));
   }
