@@ -5,6 +5,7 @@ import json
 import os
 import pathlib
 import shlex
+import shutil
 import subprocess
 import tempfile
 import time
@@ -207,7 +208,9 @@ def compare(records):
 
 
 def description():
-    """The state of this checkout, if it is one."""
+    """The state of this checkout, if it is one and git is there."""
+    if shutil.which("git") is None:
+        return None
     found = subprocess.run(["git", "-C", str(HERE), "describe", "--always", "--dirty"], capture_output=True, text=True,
                            check=False)
     return found.stdout.strip() or None

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "support/line_ways.hpp"
 #include "support/steel_beam.hpp"
@@ -91,6 +92,9 @@ TEST(LineContact, EnergyStaysWhereverKinksLieInAStep) {
   EXPECT_LT(drift, 1e-8);
   for (const PetscInt dense : {100, 0}) {
     for (const char* tolerance : {"1e-7", "1e-8"}) {
+      if (dense == 0 && test::world_size() > 1 && tolerance == std::string_view{"1e-8"}) {
+        continue;  // a million reductions more to learn what one rank tells
+      }
       const std::vector<double> found = fall(tolerance, dense, drift);
       EXPECT_LT(drift, 1e-6) << tolerance << " dense up to " << dense;  // found: 4e-8, 2e-8; 4e-7, 1e-7
       for (std::size_t i = 0; i < found.size(); ++i) {
