@@ -78,7 +78,7 @@ class ImpactDynamics {
 
  private:
   struct Due {
-    Observer* observer;
+    Observer* observer = nullptr;
     PetscInt next;       // multiple of its interval
     bool ended = false;  // has had the row at the end of the run
   };
