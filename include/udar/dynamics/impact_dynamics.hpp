@@ -79,7 +79,7 @@ class ImpactDynamics {
  private:
   struct Due {
     Observer* observer = nullptr;
-    PetscInt next;       // multiple of its interval
+    PetscInt next = 0;   // multiple of its interval
     bool ended = false;  // has had the row at the end of the run
   };
 
