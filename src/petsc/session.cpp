@@ -1,12 +1,17 @@
 #include "udar/petsc/session.hpp"
 
+#include <dlfcn.h>
 #include <petsclog.h>
 #include <petscoptions.h>
 #include <petsctime.h>
 #include <slepcsys.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -63,6 +68,30 @@ PetscErrorCode record_error(MPI_Comm /*comm*/, int line, const char* function, c
   return code;
 }
 
+/// OpenBLAS, where it is the BLAS in use, maps a work space for each of its threads when they start, before `main`, and
+/// tries for ever where it gets none. Where the address space is limited to less than all of them may need the program
+/// starts again with one thread, whose failures have messages.
+void spare_work_spaces(char** argv) {
+  constexpr const char* kThreads = "OPENBLAS_NUM_THREADS";
+  constexpr rlim_t kMebibyte = 1024UL * 1024UL;
+  constexpr rlim_t kWorkSpace = 128 * kMebibyte;  // BUFFER_SIZE in its common_x86_64.h; other processors take less
+  constexpr rlim_t kProgram = 512 * kMebibyte;    // of libraries and a small case (found: 230 MiB)
+  int initialized = 0;
+  MPI_Initialized(&initialized);
+  rlimit space{};
+  const char* threads = std::getenv(kThreads);
+  const bool single = threads != nullptr && std::string_view{threads} == "1";
+  if (initialized != 0 || single || dlsym(RTLD_DEFAULT, "openblas_get_num_threads") == nullptr ||
+      getrlimit(RLIMIT_AS, &space) != 0) {
+    return;
+  }
+  const auto processors = static_cast<rlim_t>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN)));
+  if (space.rlim_cur < kProgram + processors * kWorkSpace) {  // no limit is the largest number
+    setenv(kThreads, "1", 1);
+    execv("/proc/self/exe", argv);  // goes on as it is where that fails
+  }
+}
+
 void insert_options_file(const std::string& path) {
   std::string failure;
   errno = 0;
@@ -101,6 +130,7 @@ Session::Session(int& argc, char**& argv, const char* help) : Session{argc, argv
 // PETSc would abort inside PetscInitialize on a bad options file, and would print pages of general options for -help:
 // both are kept back here and inserted once PETSc is up.
 Session::Session(int argc, char** argv) {
+  spare_work_spaces(argv);
   for (int i = 0; i < argc; ++i) {
     const std::string_view argument{argv[i]};
     if (argument == "-options_file" && i + 1 < argc) {
