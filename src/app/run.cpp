@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -107,6 +108,12 @@ io::NodeRange node_range(const BeamChain& beam) {
   return {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
 }
 
+/// A quarter of the shortest time in which the model knows a force or a moment to come and go, pi / wf; a step of the
+/// unfiltered beam, which knows nothing in between.
+double longest_sample(const Case& input) {
+  return (input.filter.unfiltered ? 2.0 : 0.25 * std::numbers::pi) / input.filter.filter_frequency;
+}
+
 io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
   const BeamChain& beam = line.beam();
   io::RunLayout layout;
@@ -114,6 +121,7 @@ io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
   layout.elements = beam.elements();
   layout.nodes = node_range(beam);
   layout.filter_frequency = input.filter.filter_frequency;
+  layout.longest_sample = longest_sample(input);
   layout.options_text = petsc::effective_options();
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     layout.x.push_back(beam.position(node));
@@ -263,6 +271,7 @@ io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDyna
     summary.min_line_gap_time = gap.time;
     summary.support_impulse = dynamics.support_impulses();
     summary.force_window = forces.window();
+    summary.peak_force_window = forces.peak_window();
     summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
   summary.bending = bending;
@@ -338,7 +347,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   print_warnings(input, line, modes, springs);
   warn_of_places(input, beam);
 
-  io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window};
+  const double sampling = io::sampling_interval(input.output.interval, longest_sample(input));
+  io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window, sampling};
   io::BendingPeaks bending;
   std::vector<std::unique_ptr<Observer>> observers =
       io::make_run_writers(make_layout(input, line), input.output.directory, input.output.interval,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -338,6 +339,19 @@ class ContactWriter final : public Observer {
   std::vector<double> edges_;   ///< -x_min, x_max of this rank's [m]
 };
 
+/// Looks for peaks of forces between rows.
+class ForceSampler final : public Observer {
+ public:
+  ForceSampler(SupportForces& forces, double interval) : forces_{&forces}, interval_{interval} {}
+
+  [[nodiscard]] double interval() const override { return interval_; }
+  void snapshot(const Snapshot& state) override { forces_->sample(state.time, state.support_impulse); }
+
+ private:
+  SupportForces* forces_;
+  double interval_;
+};
+
 /// envelope.csv and /envelope: the extremes of all snapshots, kept by the rank that has the node.
 class EnvelopeWriter final : public Observer {
  public:
@@ -535,10 +549,16 @@ class FieldWriter final : public Observer {
 
 }  // namespace
 
+double sampling_interval(double interval, double longest) {
+  constexpr double kRounding = 1e-6;  // of a part: decimal fractions that rounding has touched
+  return longest > 0.0 ? interval / std::max(1.0, std::ceil(interval / longest - kRounding)) : interval;
+}
+
 std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout, const std::string& directory,
                                                         double interval, double field_interval, SupportForces* forces,
                                                         BendingPeaks* bending) {
   const std::string folder = directory + "/";
+  const double sampling = sampling_interval(interval, layout.longest_sample);
   auto results = std::make_shared<ResultsFile>(layout, folder + kResults);
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval));
@@ -546,8 +566,11 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   writers.push_back(std::make_unique<EventWriter>(layout, folder, results, interval));
   if (forces != nullptr && forces->supports() > 0) {
     writers.push_back(std::make_unique<ContactWriter>(layout, folder + "contact.csv", results, interval, *forces));
+    if (sampling < interval) {
+      writers.push_back(std::make_unique<ForceSampler>(*forces, sampling));
+    }
   }
-  writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval, bending));
+  writers.push_back(std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, sampling, bending));
   writers.push_back(std::make_unique<FieldWriter>(layout, folder, results, field_interval));
   return writers;
 }

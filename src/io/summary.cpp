@@ -49,6 +49,7 @@ std::string as_json(const Summary& summary) {
   json["min_line_gap_time"] = number_or_null(summary.min_line_gap_time);
   json["support_impulse"] = summary.support_impulse;
   json["force_window"] = number_or_null(summary.force_window);
+  json["peak_force_window"] = number_or_null(summary.peak_force_window);
   json["peak_support_force"] = summary.peak_support_force;
   add_peak(json, "max_bending_stress", summary.bending.stress);
   add_peak(json, "max_utilisation", summary.bending.utilisation);

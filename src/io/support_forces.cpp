@@ -13,6 +13,7 @@ namespace {
 // Of an interval: a multiple of it given in decimal is that multiple, and rows that far apart are one window apart.
 constexpr double kRounding = 1e-6;
 constexpr const char* kRows = "support_impulse_rows";
+constexpr const char* kSamples = "support_impulse_samples";
 constexpr const char* kPeaks = "support_force_peak";
 
 const std::vector<double>& table(const MotionState& state, const char* name) {
@@ -25,45 +26,72 @@ const std::vector<double>& table(const MotionState& state, const char* name) {
 
 }  // namespace
 
-SupportForces::SupportForces(std::size_t supports, double interval, double shortest)
-    : window_{interval * std::max(1.0, std::ceil(shortest / interval - kRounding))},
-      slack_{kRounding * interval},
-      peak_(supports, 0.0) {}
+SupportForces::Window::Window(double interval, double shortest)
+    : length{interval * std::max(1.0, std::ceil(shortest / interval - kRounding))}, slack{kRounding * interval} {}
 
-std::vector<double> SupportForces::add(double time, std::span<const double> impulse) {
-  rows_.push_back({.time = time, .impulse = {impulse.begin(), impulse.end()}});
-  while (rows_.size() > 1 && rows_[1].time <= time - window_ + slack_) {
-    rows_.pop_front();
+std::vector<double> SupportForces::Window::mean(double time, std::span<const double> impulse) {
+  rows.push_back({.time = time, .impulse = {impulse.begin(), impulse.end()}});
+  while (rows.size() > 1 && rows[1].time <= time - length + slack) {
+    rows.pop_front();
   }
-  const Row& first = rows_.front();
-  const bool full = first.time <= time - window_ + slack_;
-  const double span = full ? time - first.time : window_;
+  const Row& first = rows.front();
+  const bool full = first.time <= time - length + slack;
+  const double span = full ? time - first.time : length;
   std::vector<double> force(impulse.size());
   for (std::size_t support = 0; support < impulse.size(); ++support) {
     force[support] = (impulse[support] - (full ? first.impulse[support] : 0.0)) / span;
-    if (std::abs(force[support]) > std::abs(peak_[support])) {
-      peak_[support] = force[support];
-    }
   }
   return force;
 }
 
+void SupportForces::Window::save(std::vector<double>& table) const {
+  for (const Row& row : rows) {
+    table.push_back(row.time);
+    table.insert(table.end(), row.impulse.begin(), row.impulse.end());
+  }
+}
+
+void SupportForces::Window::restore(std::span<const double> table, std::size_t supports) {
+  const std::size_t columns = 1 + supports;
+  for (std::size_t i = 0; i + columns <= table.size(); i += columns) {
+    const std::span row = table.subspan(i, columns);
+    rows.push_back({.time = row[0], .impulse = {row.begin() + 1, row.end()}});
+  }
+}
+
+SupportForces::SupportForces(std::size_t supports, double interval, double shortest, double sampling)
+    : rows_{interval, shortest}, samples_{sampling > 0.0 ? sampling : interval, shortest}, peak_(supports, 0.0) {}
+
+/// Not a number stays.
+void SupportForces::note(std::span<const double> force) {
+  for (std::size_t support = 0; support < force.size(); ++support) {
+    if (!(std::abs(force[support]) <= std::abs(peak_[support]))) {
+      peak_[support] = force[support];
+    }
+  }
+}
+
+std::vector<double> SupportForces::add(double time, std::span<const double> impulse) {
+  std::vector<double> force = rows_.mean(time, impulse);
+  note(force);
+  return force;
+}
+
+void SupportForces::sample(double time, std::span<const double> impulse) { note(samples_.mean(time, impulse)); }
+
 void SupportForces::save(MotionState& state) const {
-  auto& rows = state.tables[kRows];
-  for (const Row& row : rows_) {
-    rows.push_back(row.time);
-    rows.insert(rows.end(), row.impulse.begin(), row.impulse.end());
+  rows_.save(state.tables[kRows]);
+  if (!samples_.rows.empty()) {
+    samples_.save(state.tables[kSamples]);
   }
   state.tables[kPeaks] = peak_;
 }
 
 void SupportForces::restore(const MotionState& state) {
   peak_ = table(state, kPeaks);
-  const std::vector<double>& rows = table(state, kRows);
-  const std::size_t columns = 1 + peak_.size();
-  for (std::size_t i = 0; i + columns <= rows.size(); i += columns) {
-    const std::span row = std::span{rows}.subspan(i, columns);
-    rows_.push_back({.time = row[0], .impulse = {row.begin() + 1, row.end()}});
+  rows_.restore(table(state, kRows), peak_.size());
+  if (state.tables.contains(kSamples)) {
+    samples_.restore(table(state, kSamples), peak_.size());
   }
 }
 

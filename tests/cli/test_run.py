@@ -28,7 +28,7 @@ SUMMARY_KEYS = """
     elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves row_line_solves
     impacts rests releases first_contact_time
     last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse force_window
-    peak_support_force energy_drift warnings
+    peak_force_window peak_support_force energy_drift warnings
     max_bending_stress max_bending_stress_x max_bending_stress_time max_utilisation max_utilisation_x
     max_utilisation_time wall_seconds wall_seconds_mean own_seconds communication
     peak_memory_bytes memory_per_rank versions""".split()
@@ -415,6 +415,21 @@ class Forces(UdarTest):
             self.assertEqual(file["supports"].attrs["force_window"], window)
             np.testing.assert_array_equal(file["supports/impulse"][:, 0], rows["impulse_0"])
             np.testing.assert_array_equal(file["contact"]["time"], rows["time"])
+
+
+    def test_extremes_belong_to_the_motion_and_not_to_the_rows(self):
+        """No row but the first within the contact: peak forces and moments are those of a run with many rows."""
+        options = {"ts_max_time": 0.6, "output_force_window": 0.039}
+        few = self.run_case(case(output_interval=10, **options), name="few")
+        many = self.run_case(case(output_interval=0.002, **options), name="many")
+        self.assertAlmostEqual(few.summary()["peak_force_window"], 5 * 10 / 1274, delta=1e-12)  # 1274 > 10 / (pi / 400)
+        for peak, expected in zip(few.summary()["peak_support_force"], many.summary()["peak_support_force"]):
+            self.assertGreater(peak, 1e5)
+            # Windows of nearly equal length; where they begin differs by a tenth of one at most.
+            self.assertAlmostEqual(peak / expected, 1, delta=0.25)
+        for name in ("moment_min", "moment_max"):
+            moments, expected = few.csv("envelope.csv")[name], many.csv("envelope.csv")[name]
+            np.testing.assert_allclose(moments, expected, rtol=0, atol=0.05 * np.abs(expected).max())
 
 
 class LineSupports(UdarTest):

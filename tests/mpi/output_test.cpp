@@ -980,6 +980,7 @@ TEST(Summary, IsReadBackAsItWas) {
   summary.last_contact_time = 0.30000000000000004;
   summary.support_impulse = {1.5, 0.0};
   summary.force_window = 0.032;
+  summary.peak_force_window = 0.016;
   summary.peak_support_force = {-2e3, 0.0};
   summary.gauge_position = {0.33};
   summary.gauge_node_position = {0.35};
@@ -1004,6 +1005,7 @@ TEST(Summary, IsReadBackAsItWas) {
     EXPECT_TRUE(json.at("min_line_gap_time").is_null());
     EXPECT_EQ(json.at("support_impulse"), (std::vector<double>{1.5, 0.0}));
     EXPECT_EQ(json.at("force_window"), 0.032);
+    EXPECT_EQ(json.at("peak_force_window"), 0.016);
     EXPECT_EQ(json.at("peak_support_force"), (std::vector<double>{-2e3, 0.0}));
     EXPECT_EQ(json.at("gauge_node_position"), (std::vector<double>{0.35}));
     EXPECT_EQ(json.at("wall_seconds").at("solve"), 2.0);

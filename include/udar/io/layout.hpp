@@ -46,6 +46,7 @@ struct RunLayout {
   std::vector<double> ground_x;                ///< of the ground's profile [m]; empty: none
   std::vector<double> ground_height;           ///< as many [m]
   double filter_frequency = 0.0;               ///< [rad/s]
+  double longest_sample = 0.0;                 ///< extremes are looked for at least this often [s]; 0: at rows alone
   std::string options_text;                    ///< one `-key value` per line
 };
 

@@ -13,6 +13,10 @@
 
 namespace udar::io {
 
+/// @brief Time between samples of extremes [s]: the interval of the rows, or where that is longer than `longest`, the
+/// largest part of it that is not. @param longest 0: rows will do
+[[nodiscard]] double sampling_interval(double interval, double longest);
+
 /// @brief Creates gauges.csv, energy.csv, impacts.csv, rests.csv, contact.csv, results.h5 and results.xdmf and returns
 /// who fills them; the last row also makes envelope.csv, for beams of up to 100 000 nodes.
 ///

@@ -49,7 +49,8 @@ struct Summary {
   std::optional<double> min_line_gap_time;     ///< when [s]
   std::vector<double> support_impulse;         ///< of each support on the masses, y up [N s]
   std::optional<double> force_window;          ///< what forces of supports are averaged over [s]; empty without any
-  std::vector<double> peak_support_force;      ///< the one of largest size in the rows of contact.csv, y up [N]
+  std::optional<double> peak_force_window;     ///< what the next are averaged over, no longer than that [s]
+  std::vector<double> peak_support_force;      ///< the mean force of largest size in the motion, y up [N]
   BendingPeaks bending;                        ///< largest bending stress and utilisation
   double energy_drift = 0.0;                   ///< at the end, relative
   std::vector<std::string> warnings;           ///< what `petsc::warn` told the user, in order
