@@ -404,7 +404,7 @@ def judge(trial, tolerance, fixed):
     if trial.verdict:
         return
     unused = [f"-{key}" for key in trial.set.keys if key in trial.results[0].unused]
-    if trial.error.value > tolerance:
+    if not trial.error.value <= tolerance:
         trial.verdict = DISQUALIFIED
         trial.reason = f"error above {tolerance:g}: {trial.error.curve} at t = {trial.error.instant:g} s"
     elif trial.set.only_prints:
@@ -705,7 +705,7 @@ def confirm(runner, best, path, tolerance):
     except RunFailed as failure:
         path.unlink()
         raise TuneError(f"best.opts was written but its run failed: {failure}") from None
-    if difference.value > tolerance:
+    if not difference.value <= tolerance:
         path.unlink()
         raise TuneError(f"best.opts gives other curves than the winner: {difference}")
     return difference, result

@@ -429,7 +429,7 @@ void read_integration(MPI_Comm comm, Case& input) {
   double atol = 0.0;
   double step = 0.0;
   group.real("-ts_max_time", end, "s", petsc::positive(), "simulated time at which the run ends");
-  group.real("-ts_rtol", rtol, "-", petsc::positive(),
+  group.real("-ts_rtol", rtol, "-", petsc::at_least(std::numeric_limits<double>::epsilon()),
              "relative error allowed per step; default 1e-14 for -ts_type chebyshev, 1e-7 for impact, else 1e-8");
   group.real("-ts_atol", atol, "m and m/s", petsc::positive(),
              "absolute error allowed per step; default rtol / 20 of the motion's own scale, for chebyshev and impact "
@@ -510,7 +510,8 @@ void read_contact(MPI_Comm comm, Case& input) {
       "contact nodes of the line under one support up to which (and to 2000 in all) their compliance is a matrix "
       "on every rank; more go to an interior point method (TAO, prefix contact_)");
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
-             "a mass whose next hop would stay lower than this rests on its support");
+             "a mass whose next hop would stay lower than this rests on its support; default 1e-10 of the motion's own "
+             "scale");
   group.strings(
       "-support_motion", motion,
       "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
@@ -598,7 +599,8 @@ void read_output(MPI_Comm comm, Case& input) {
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
   group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
   group.real("-output_interval", input.output.interval, "s", petsc::positive(),
-             "simulated time between rows of gauges.csv, energy.csv and contact.csv, and samples of envelope.csv");
+             "simulated time between rows of gauges.csv, energy.csv and contact.csv; peak forces and envelope.csv are "
+             "sampled every pi / (4 wf) at least");
   group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
              "simulated time between fields in results.h5; 0: none");
   group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
@@ -631,6 +633,21 @@ void settle_force_window(Case& input) {
   input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
 }
 
+namespace {
+
+/// Rows are counted.
+void require_countable(const char* option, double interval, double end) {
+  constexpr auto kMost = static_cast<double>(std::numeric_limits<PetscInt>::max());
+  if (interval > 0.0 && !(end / interval < kMost)) {
+    std::ostringstream message;
+    message << "option " << option << ": " << interval << " is not allowed, expected a number > " << end / kMost
+            << " [s]: more than " << kMost << " rows up to -ts_max_time are not counted";
+    throw InputError{message.str()};
+  }
+}
+
+}  // namespace
+
 Case read_case(MPI_Comm comm) {
   Case input;
   Formulation formulation = Formulation::mixed;
@@ -640,6 +657,8 @@ Case read_case(MPI_Comm comm) {
   read_contact(comm, input);
   read_output(comm, input);
   read_integration(comm, input);
+  require_countable("-output_interval", input.output.interval, input.end_time);
+  require_countable("-output_field_interval", input.output.field_interval, input.end_time);
   if (input.contact.surface == ContactSurface::line &&
       (input.filter.correct_lowest > 0 || !input.filter.correct.empty())) {
     throw InputError{

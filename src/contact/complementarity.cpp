@@ -161,7 +161,7 @@ void Complementarity::solve(std::span<const double> gap, std::span<double> force
     for (std::size_t i = 0; i < size_; ++i) {
       const bool is_active = next != active_.end() && *next == i;
       next += is_active ? 1 : 0;
-      if (is_active ? force[i] < -kRounding * strongest : result_[i] < -kRounding * span) {
+      if (is_active ? !(force[i] >= -kRounding * strongest) : !(result_[i] >= -kRounding * span)) {
         violating.push_back(i);
       }
     }

@@ -352,7 +352,7 @@ std::string ObstacleForces::check(std::span<const double> asked, std::span<doubl
   std::array<double, 2> most{0.0, 0.0};  // penetration, force
   for (std::size_t i = 0; i < node_.size(); ++i) {
     gap_[i] = asked[i] + unit_ * gap_[i];
-    most[0] = std::max(most[0], -gap_[i] / unit_);
+    most[0] = std::isnan(gap_[i]) ? std::numeric_limits<double>::infinity() : std::max(most[0], -gap_[i] / unit_);
     most[1] = std::max(most[1], force[i]);
     force[i] *= unit_ * force_unit_;
   }

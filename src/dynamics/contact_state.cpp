@@ -240,6 +240,8 @@ void ContactState::begin_step() {
   parts_.clear();
   touches_.clear();
   line_gap_before_ = line_gap_;
+  counts_before_ = counts_;
+  impulse_before_ = impulse_;
   all_events_ = {};
   held_from_ = -1.0;
   flow_ = {};
@@ -256,6 +258,8 @@ void ContactState::undo() {
   }
   count_resting();
   line_gap_ = line_gap_before_;
+  counts_ = counts_before_;
+  impulse_ = impulse_before_;
   begin_step();
 }
 

@@ -3,11 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+namespace {
+
+// A balance is judged by what is added up in it: forces times heights from y = 0, and times the way they would move the
+// line if nothing held it. A run may round these by a thousand units in the last place, which must stay below a
+// thousandth of the scale, where the balance begins to say something.
+constexpr double kLeastShare = 1e6 * std::numeric_limits<double>::epsilon();
+// Squares of numbers whose digits end at the smallest double have digits no more.
+constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
+
+}  // namespace
 
 Equations::Equations(FilteredLine& line, const Loads& loads, const InitialState& initial, const Damping& damping)
     : line_{&line}, loads_{&loads}, damping_{damping} {
@@ -69,11 +80,15 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   const std::span<const double> mass = line_->mass();
   const std::span<const double> force = loads_->force({state.time, state.begin}, work_);
   const std::vector<double> stretch = line_stretch(state);
-  std::array<double, 5> sums{};
+  std::array<double, 6> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
     sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
-    sums[3] -= force.empty() ? 0.0 : force[i] * (mass_position[i] + stretch[i]);
+    if (!force.empty()) {
+      const double line = mass_position[i] + stretch[i];
+      sums[3] -= force[i] * line;
+      sums[5] += std::abs(force[i]) * (std::abs(line) + std::abs(force[i]) / (wf2 * mass[i]));
+    }
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);
@@ -85,6 +100,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   ledger.fictitious_springs = sums[2];
   ledger.load_potential = sums[3];
   ledger.support_springs = sums[4];
+  ledger.scale = kLeastShare * sums[5] + kLeastEnergy;
   return ledger;
 }
 

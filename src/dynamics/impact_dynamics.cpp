@@ -27,13 +27,17 @@ using petsc::WriteArray;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Absolute tolerance of the step control, in units of rtol and the scale of the motion: keeps the energy of e = 1 runs
-// to 10 rtol per 20 impacts (tests/verification).
-constexpr double kAbsoluteShare = 0.05;
 // An energy balance that is off by half of the largest energy seen belongs to an unstable integration.
 constexpr double kUnstable = 0.5;
 // More events than this without progress in time would never end.
 constexpr PetscInt kMostEventsAtOnce = 10000;
+// Nor would a run in steps this short, in units of the shortest time in which masses move: the tightest tolerance that
+// double precision allows takes steps of 1e-3. One or two beside an event or a kink are normal.
+constexpr double kLeastStep = 1e-6;
+constexpr PetscInt kMostShortSteps = 1000;
+// A mass this deep in a rigid support, beside the motion's length, has fallen through it: integration that deserves the
+// name is off by a thousandth at most.
+constexpr double kFallenThrough = 0.1;
 
 /// count times interval; 3 times 0.1 is 0.3, not the product of the rounded 0.1.
 double multiple(PetscInt count, double interval) {
@@ -43,11 +47,21 @@ double multiple(PetscInt count, double interval) {
 }
 
 /// Nothing but the line touches where masses and line are one.
-ContactParameters of_line(Equations& equations, ContactParameters parameters) {
+ContactParameters with_defaults(const Equations& equations, ContactParameters parameters, const MotionScale& scale) {
   if (equations.line().parameters().unfiltered) {
     parameters.surface = ContactSurface::line;
   }
+  if (parameters.hop_tolerance == 0.0) {
+    parameters.hop_tolerance = kHopShare * scale.length;
+  }
   return parameters;
+}
+
+/// End of the run [s], which the TS is told later.
+double end_of_run() {
+  double end = 1.0;
+  UDAR_CALL(PetscOptionsGetReal(nullptr, nullptr, "-ts_max_time", &end, nullptr));
+  return end;
 }
 
 }  // namespace
@@ -56,14 +70,17 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
                                ContactParameters parameters)
     : equations_{&equations},
       near_{contact_runs(equations.beam(), supports)},
-      contact_{equations.beam(), equations.line().mass(), std::move(supports), of_line(equations, parameters)},
-      problem_{.equations = equations_, .contact = &contact_},
+      problem_{
+          .equations = equations_,
+          .contact = &contact_,
+          .scale = motion_scale(equations, initial, near_, parameters.surface == ContactSurface::line, end_of_run())},
+      contact_{equations.beam(), equations.line().mass(), std::move(supports),
+               with_defaults(equations, parameters, problem_.scale)},
       count_{static_cast<std::size_t>(equations.beam().local_nodes())} {
   const BeamChain& beam = equations_->beam();
   const MassState masses = initial_masses(beam, initial);
   refuse_absurd(masses, initial);
   refuse_overlap(masses);
-  problem_.scale = motion_scale(masses, initial);
   kinks_ = equations_->loads().kinks();
   flows_ = equations_->damping().any();
   for (const Support& support : contact_.supports()) {
@@ -145,32 +162,6 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
     }
   }
   throw_together<InputError>(beam.comm(), overlap);
-}
-
-/// From the start: speeds, offsets from the axis, the way to the supports and the sag under gravity.
-MotionScale ImpactDynamics::motion_scale(const MassState& masses, const InitialState& initial) const {
-  const BeamChain& beam = equations_->beam();
-  std::array<double, 3> largest{};  // velocity, offset from the axis, distance to a support
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
-    largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
-    largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
-  }
-  for (const ContactRun& run : near_) {
-    const double lift = run.lift(0.0).height;
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      largest[2] = std::max(largest[2], std::abs(masses.position[node] - run.height(node) - lift));
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
-  const double wf = equations_->line().frequency_bound();
-  const double gravity = std::abs(equations_->loads().gravity());
-  const double fall = std::sqrt(2.0 * gravity * largest[2]);
-  const double velocity = std::max({largest[0], fall, wf * largest[1], gravity / wf});
-  MotionScale scale;
-  scale.velocity = velocity > 0.0 ? velocity : 1.0;
-  scale.length = std::max({largest[1], largest[2], scale.velocity / wf});
-  return scale;
 }
 
 /// By the cost in line solves per unit wf t (docs/theory.md, "Which integrator"): about 2.5 + 0.9 per contact node for
@@ -297,26 +288,22 @@ void ImpactDynamics::configure_stepper() {
   } else {
     located_ = std::make_unique<LocatedSteps>(ts_, problem_);
     stepper_ = located_.get();
-    set_absolute_tolerance();
   }
+  refuse_hops_without_length();
 }
 
-void ImpactDynamics::set_absolute_tolerance() {
-  PetscBool given = PETSC_FALSE;
-  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_atol", &given));
-  if (given == PETSC_TRUE) {
-    return;
+/// A hop that is over within the last digits of the time cannot be followed.
+void ImpactDynamics::refuse_hops_without_length() const {
+  const double shortest = time_resolution(end_time_);
+  const double pull = equations_->line().frequency_bound() * problem_.scale.velocity;
+  const double least = 0.125 * pull * shortest * shortest;
+  if (!(contact_.parameters().hop_tolerance >= least)) {
+    std::ostringstream message;
+    message << "option -contact_tolerance: " << contact_.parameters().hop_tolerance
+            << " is not allowed, expected a number >= " << least
+            << " [m]: at the end of the run a lower hop is over within the last digits of the time";
+    throw InputError{message.str()};
   }
-  double rtol = 0.0;
-  UDAR_CALL(TSGetTolerances(ts_, nullptr, nullptr, &rtol, nullptr));
-  petsc::Vector atol;
-  UDAR_CALL(VecDuplicate(state_, atol.put()));
-  {
-    const WriteArray tolerance{atol};
-    std::fill_n(tolerance.values(), count_, kAbsoluteShare * rtol * problem_.scale.length);
-    std::fill_n(tolerance.values() + count_, count_, kAbsoluteShare * rtol * problem_.scale.velocity);
-  }
-  UDAR_CALL(TSSetTolerances(ts_, PETSC_DEFAULT, atol, PETSC_DEFAULT, nullptr));
 }
 
 void ImpactDynamics::add_observer(Observer& observer) {
@@ -426,6 +413,17 @@ void ImpactDynamics::emit_snapshots(double until) {
   shown_resting_ = {};
 }
 
+/// Energy of what the step control lets pass: errors of the velocities that add up over the steps. It is in the balance
+/// squared and, with a velocity that is no larger, once; ten times it hides neither.
+double ImpactDynamics::tolerated_energy() const {
+  constexpr double kMargin = 10.0;
+  if (stepper_->fixed_step()) {
+    return 0.0;
+  }
+  const double error = static_cast<double>(steps_) * step_tolerance(ts_, problem_.scale) * problem_.scale.velocity;
+  return kMargin * equations_->beam().total_mass() * error * error;
+}
+
 /// Fills what is shown at one time of the step that ends at `until`; the stretch becomes the position of the line.
 void ImpactDynamics::snapshot(double time, double until) {
   shown_.position.resize(count_);
@@ -462,11 +460,16 @@ void ImpactDynamics::snapshot(double time, double until) {
   now.support_work = contact_.counts().work + sums[2];
   now.lost_in_dampers = contact_.counts().damped + sums[3];
   now.support_springs += sums[4];
-  largest_kinetic_ = std::max(largest_kinetic_, now.kinetic);
   now.initial = ledger_.initial;
-  now.scale = std::max(std::abs(now.initial), largest_kinetic_);
+  now.initial_potential = ledger_.initial_potential;
+  now.scale = std::max({ledger_.scale, now.scale, now.turned_over(), tolerated_energy()});
+  if (!std::isfinite(now.drift())) {
+    throw SolveError{"the energy is no longer finite at t = " + std::to_string(time) +
+                     " s: the motion has outgrown double precision; the integration is unstable (see -ts_dt, "
+                     "-ts_adapt_type, -ts_rtol), or a load, a speed or a height is too large"};
+  }
   ledger_ = now;
-  if (std::abs(now.drift()) > kUnstable) {
+  if (!(std::abs(now.drift()) <= kUnstable)) {
     throw SolveError{"the integration is unstable: the energy balance is off by " + std::to_string(now.drift()) +
                      " of the energy at t = " + std::to_string(time) +
                      " s; steps must stay below about 1 / -filter_frequency (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
@@ -503,6 +506,7 @@ void ImpactDynamics::start() {
       equations_->evaluate(time_, {state.values(), count_}, line, true);
       ledger_ = equations_->energy(line, {state.values(), count_}, {state.values() + count_, count_});
       ledger_.initial = ledger_.total();
+      ledger_.initial_potential = ledger_.load_potential;
       const std::vector<double> stretch = equations_->line_stretch(line);
       for (const ContactRun& run : near_) {
         for (std::size_t node = run.first; node < run.last; ++node) {
@@ -549,23 +553,78 @@ void ImpactDynamics::limit_step(double next_step) {
   }
 }
 
-void ImpactDynamics::after_step() {
-  const petsc::LogScope contact{petsc::log_events().contact};
-  const double time = stepper_->end_step();
-  emit_snapshots(time);
-  if (equations_->loads().time_dependent()) {
-    load_work_ += changing_load_work(time);
+/// Where a mass, or the line that contact is on, is below a rigid support by more than what a step of the scheme may
+/// leave it; empty: nowhere on this rank.
+std::string ImpactDynamics::fallen_through(double time) const {
+  const double deep = kFallenThrough * problem_.scale.length;
+  const auto text = [&](double depth, double x) {
+    std::ostringstream message;
+    message << "the beam has fallen through a rigid support at t = " << time << " s, by " << depth << " m at x = " << x
+            << " m: the steps are too long to see it come (see -ts_dt, -ts_rtol)";
+    return message.str();
+  };
+  if (line_contact_) {
+    const bool gives_way = std::ranges::any_of(contact_.supports(), &Support::elastic);
+    const LineGap& gap = contact_.local_line_gap();
+    return gap.gap < -deep && !gives_way ? text(-gap.gap, gap.x) : std::string{};
   }
-  stepper_->apply_events();
-  double stop = stop_requested_ && stop_requested_() ? 1.0 : 0.0;
-  contact_.commit(time, {&stop, 1});
-  steps_ += time > time_ ? 1 : 0;
-  events_at_once_ = contact_.any_events() && time - time_ <= time_resolution(time) ? events_at_once_ + 1 : 0;
+  const std::span<const double> start = stepper_->start_of_step();
+  const ReadArray state{state_};
+  for (const ContactRun& run : near_) {
+    const double lift = run.lift(time, time_).height;
+    for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
+      const double depth = -run.side * (state.values()[node] - run.height(node) - lift);
+      // Moreau's law finds a support up to half a step late.
+      if (!(depth <= deep) && !(depth <= (time - time_) * std::abs(start[count_ + node]))) {
+        return text(depth, equations_->beam().position(equations_->beam().begin() + static_cast<PetscInt>(node)));
+      }
+    }
+  }
+  return {};
+}
+
+/// A run whose time no longer moves on ends.
+void ImpactDynamics::refuse_standstill(double time) {
+  const bool events = contact_.any_events();
+  events_at_once_ = events && time - time_ <= time_resolution(time) ? events_at_once_ + 1 : 0;
   if (events_at_once_ > kMostEventsAtOnce) {
     throw SolveError{"contact does not settle at t = " + std::to_string(time) + " s after " +
                      std::to_string(kMostEventsAtOnce) +
                      " events at one instant; raise -contact_tolerance or lower -ts_rtol"};
   }
+  const double least = kLeastStep / equations_->line().frequency_bound();
+  if (time - time_ >= least) {
+    short_steps_ = 0;
+  } else if (!events && !step_was_cut_) {
+    ++short_steps_;
+  }
+  if (short_steps_ > kMostShortSteps) {
+    std::ostringstream message;
+    message << "the time stands still at t = " << time << " s: " << kMostShortSteps << " steps are shorter than "
+            << least
+            << " s, a millionth of the fastest motion; raise -ts_rtol or -ts_dt, or look for a load or a support that "
+               "jumps";
+    throw SolveError{message.str()};
+  }
+}
+
+void ImpactDynamics::after_step() {
+  const petsc::LogScope contact{petsc::log_events().contact};
+  const double time = stepper_->end_step();
+  emit_snapshots(time);
+  const double load_work = equations_->loads().time_dependent() ? changing_load_work(time) : 0.0;
+  stepper_->apply_events();
+  const std::string fallen = fallen_through(time);
+  const bool stop_here = stop_requested_ && stop_requested_();
+  std::array<double, 2> told{stop_here ? 1.0 : 0.0, fallen.empty() ? 0.0 : 1.0};
+  contact_.commit(time, told);
+  const double stop = told[0];
+  if (told[1] != 0.0) {
+    throw_together<SolveError>(equations_->beam().comm(), fallen);
+  }
+  refuse_standstill(time);
+  load_work_ += load_work;
+  steps_ += time > time_ ? 1 : 0;
   tell_events();
   contact_.begin_step();
   const double piece = piece_begin(time);
@@ -679,7 +738,8 @@ MotionState ImpactDynamics::save() const {
                    {"support_work", counts.work},
                    {"lost_in_dampers", counts.damped},
                    {"initial_energy", ledger_.initial},
-                   {"largest_kinetic", largest_kinetic_},
+                   {"initial_potential", ledger_.initial_potential},
+                   {"energy_scale", ledger_.scale},
                    {"load_work", work},
                    {"line_gap", gap.gap},
                    {"line_gap_x", gap.x},
@@ -704,7 +764,8 @@ void ImpactDynamics::restore(const MotionState& state) {
   steps_ = count("steps");
   ledger_.lost_in_impacts = state.scalar("lost_in_impacts");
   ledger_.initial = state.scalar("initial_energy");
-  largest_kinetic_ = state.scalar("largest_kinetic");
+  ledger_.initial_potential = state.scalar("initial_potential");
+  ledger_.scale = state.scalar("energy_scale");
   load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
   const auto impulses = state.tables.find("support_impulse");
   if (impulses == state.tables.end() || impulses->second.size() != contact_.supports().size()) {

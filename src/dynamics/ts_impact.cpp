@@ -29,6 +29,8 @@ constexpr double kLineShare = 0.8;
 // Sweeps are over when what they still change is this share of the tolerance.
 constexpr double kSettled = 0.05;
 constexpr int kMostSweeps = 12;
+// The last bits of places, some three of them in what a solve makes of them, must stay below that share of this.
+constexpr double kLastBits = 64.0 * std::numeric_limits<double>::epsilon();
 // A sweep that gains less than this after some has met masses whose impacts come and go: a shorter step settles.
 constexpr double kLeastGain = 0.9;
 constexpr int kPatience = 4;
@@ -86,6 +88,7 @@ class Impact final : public ProblemStepper {
 
   bool advance() override {
     double step = enter_step(longest_);
+    note_scale();
     bool accepted = false;
     double next = step;
     for (int attempt = 0; !accepted; ++attempt) {
@@ -185,8 +188,8 @@ class Impact final : public ProblemStepper {
       contact_nodes += run.last - run.first;
     }
     // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
-    // predict: the line twice, moments written. A step: the state copied, the line counted anew.
-    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 8.0 * own_steps_);
+    // predict: the line twice, moments written. A step: the state copied, its size, the line counted anew.
+    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 11.0 * own_steps_);
     // Who rests, and the line's distance at the end.
     const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
@@ -197,6 +200,8 @@ class Impact final : public ProblemStepper {
     }
     state.scalars["line_step"] = polynomial_step_;
     state.scalars["next_step"] = next_step_;
+    state.scalars["scale_length"] = scale_.length;
+    state.scalars["scale_velocity"] = scale_.velocity;
   }
   void restore(const MotionState& state) override {
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
@@ -204,6 +209,7 @@ class Impact final : public ProblemStepper {
     }
     polynomial_step_ = state.scalar("line_step");
     next_step_ = state.scalar("next_step");
+    scale_ = {.length = state.scalar("scale_length"), .velocity = state.scalar("scale_velocity")};
     from_end_ = true;
     ProblemStepper::begin_step();
   }
@@ -378,12 +384,14 @@ class Impact final : public ProblemStepper {
       if (tally_.most[Tally::broken] != 0.0) {
         throw not_finite();
       }
+      scale_.grow(tally_.most[Tally::speed], highest_);
+      // The line is known but for its last bits; what pulls the masses by these counts for nothing.
+      const double extent = std::max(tally_.most[Tally::extent], step * tally_.most[Tally::speed]);
       const double z2 = wf_ * wf_ * step * step;
-      const double change =
-          z2 * tally_.most[Tally::change] * std::max(0.5 / scale_.length, 1.0 / (step * scale_.velocity)) / tolerance_;
-      const auto relative = [&](double place, double speed) {
-        return std::max(place / scale_.length, speed / (step * scale_.velocity)) / tolerance_;
-      };
+      const double length = std::max(tolerance_ * scale_.length, z2 * kLastBits * extent);
+      const double way = std::max(tolerance_ * step * scale_.velocity, z2 * kLastBits * extent);
+      const auto relative = [&](double place, double speed) { return std::max(place / length, speed / way); };
+      const double change = z2 * tally_.most[Tally::change] * std::max(0.5 / length, 1.0 / way);
       const double last = tally_.most[Tally::last_term];
       const double smooth = relative(std::abs(sweep_.map.place[sweep_.terms - 1]) * last,
                                      std::abs(sweep_.map.speed[sweep_.terms - 1]) * last);
@@ -420,8 +428,20 @@ class Impact final : public ProblemStepper {
     finish_tally(largest);
   }
 
+  /// How far masses are from the axis and how fast they are, at the start of the step.
+  void note_scale() {
+    speed_ = 0.0;
+    extent_ = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      speed_ = std::max(speed_, std::abs(start_[count_ + i]));
+      extent_ = std::max(extent_, std::abs(start_[i] - sweep_.axis[i]));
+    }
+  }
+
   void finish_tally(const Largest& largest) {
     auto& most = tally_.most;
+    most[Tally::speed] = speed_;
+    most[Tally::extent] = extent_;
     most[Tally::change] = largest.change;
     most[Tally::last_term] = largest.last;
     most[Tally::term_before] = largest.before;
@@ -449,6 +469,8 @@ class Impact final : public ProblemStepper {
   std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
   std::vector<double> work_;
   double kink_integral_ = 0.0;
+  double speed_ = 0.0;   // largest of this rank at the start of the step [m/s]
+  double extent_ = 0.0;  // the same of the distance from the axis [m]
   Tally tally_;
   TallyReduction reduce_;
   double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]

@@ -68,6 +68,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     first_position_.push_back(first_position_.back() + segment.length);
     total_mass_ += segment.mass_per_length * segment.length;
   }
+  require(std::isfinite(first_position_.back()), "option -beam_length: the sum of all lengths must be finite [m]");
   require(parameters_.tension >= 0.0 && std::isfinite(parameters_.tension), "tension must be >= 0 [N]");
   for (const PointMass& point : parameters_.point_masses) {
     require_on_beam("-beam_point_mass_position", point.position, length());
@@ -75,6 +76,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     node_masses_.emplace_back(nearest_node(point.position), point.mass);
     total_mass_ += point.mass;
   }
+  require(std::isfinite(total_mass_), "option -beam_density: the mass of the beam must be finite [kg]");
   std::ranges::sort(node_masses_);
   for (const LineSupport& support : parameters_.line_supports) {
     require_on_beam("-beam_line_support_position", support.position, length());

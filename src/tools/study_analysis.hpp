@@ -155,7 +155,7 @@ inline Trend trend(std::span<const double> size, std::span<const double> value, 
     }
   }
   const double correction = change.back() / (std::pow(size[count - 2] / size[count - 1], *order) - 1.0);
-  if (std::abs(correction) > kFarthest * std::abs(value.back())) {
+  if (!(std::abs(correction) <= kFarthest * std::abs(value.back()))) {
     return judge(Verdict::slow, last_change, Bound::at_least);
   }
   result.limit = value.back() + correction;

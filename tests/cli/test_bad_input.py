@@ -260,6 +260,25 @@ REFUSED = {
         {"output_force_window": 0.03},
         ["-output_force_window", "0.03", ">= pi / -filter_frequency = 0.0314159", "[s]"],
     ),
+    "height_beyond_all_digits": (
+        {"initial_height": 1e308, "contact_surface": "line"},
+        ["-initial_height", "1e+308 m", "at most 4.5036e+10 [m]"],
+    ),
+    "load_beyond_all_digits": (
+        {"load_position": 5, "load_table": "absurd.csv"},
+        ["-load_table", "at most 4.5036e+10 [m]"],
+    ),
+    "load_whose_energy_overflows": (
+        {"load_position": 5, "load_table": "overflow.csv", "ts_type": "rk"},
+        ["-load_table", "at most 4.5036e+10 [m]"],
+    ),
+    "lengths_that_overflow": ({"beam_length": "1e308,1e308", "support_position": None}, ["-beam_length", "finite"]),
+    "tolerance_below_rounding": ({"ts_rtol": 1e-300}, ["-ts_rtol", "1e-300", ">= 2.22"]),
+    "hops_without_length": (
+        {"contact_tolerance": 1e-300, "contact_restitution": 0.5},
+        ["-contact_tolerance", "1e-300", ">= ", "[m]", "digits of the time"],
+    ),
+    "rows_without_number": ({"output_interval": 1e-300}, ["-output_interval", "1e-300", "[s]"]),
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),
@@ -273,6 +292,14 @@ REFUSED = {
 
 # Only the first line solve can find these out.
 FAILING = {
+    "steps_without_length": (
+        {"ts_type": "rk", "ts_dt": 1e-300, "ts_adapt_type": "none"},
+        ["the time stands still", "-ts_dt"],
+    ),
+    "falls_through": (
+        {"initial_height": 0.05, "filter_frequency": "none", "ts_dt": 0.5, "ts_max_time": 0.5, "output_interval": 0.1},
+        ["fallen through a rigid support", "by 1.17625 m at x = 2 m", "-ts_dt"],
+    ),
     "not_converged": (
         {"filter_ksp_type": "gmres", "filter_pc_type": "jacobi", "filter_ksp_max_it": 3},
         ["line solve", "DIVERGED_ITS"],
@@ -285,6 +312,8 @@ FAILING = {
 
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
+    "absurd.csv": "0,0\n0.02,1e30\n0.1,0\n",
+    "overflow.csv": "0,0\n0.02,1e160\n0.1,0\n",
     "hill.csv": "x,height\n0,0\n2,2\n4,1.5\n5,0\n",
     "motion.csv": "time,height\n0,0\n1,0.1\n2,0\n",
     "still.csv": "time,height\n0,0\n",

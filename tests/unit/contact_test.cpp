@@ -13,9 +13,30 @@
 #include "support/world.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/contact/support.hpp"
+#include "udar/dynamics/observer.hpp"
 
 namespace udar {
 namespace {
+
+TEST(EnergyLedger, IsJudgedByWhatIsStoredAndNotByWhereHeightsCountFrom) {
+  // A spring that a force of 2 N presses by 1 m, 1000 m above y = 0; 0.1 J are missing.
+  EnergyLedger ledger{.line_strain = 1.9,
+                      .load_potential = -2.0 * 1001.0,
+                      .initial = -2.0 * 1000.0,
+                      .initial_potential = -2.0 * 1000.0};
+  EXPECT_DOUBLE_EQ(ledger.turned_over(), 2.0);
+  ledger.scale = ledger.turned_over();
+  EXPECT_NEAR(ledger.drift(), -0.05, 1e-12);
+  EXPECT_EQ(EnergyLedger{}.drift(), 0.0);
+}
+
+TEST(EnergyLedger, HasNoDriftThatPassesWhereAnEnergyIsNoNumber) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(std::isnan((EnergyLedger{.kinetic = kNone, .scale = 1.0}.drift())));
+  EXPECT_TRUE(std::isnan((EnergyLedger{.kinetic = 1.0, .scale = kNone}.drift())));
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(std::isfinite((EnergyLedger{.kinetic = kInfinite, .scale = kInfinite}.drift())));
+}
 
 TEST(ImpactLaw, ReversesAnArrivingMassByTheRestitution) {
   const ContactOutcome outcome = resolve_contact({.velocity = -4.0, .acceleration = -10.0, .mass = 3.0}, 0.5, 1e-10);

@@ -375,6 +375,45 @@ TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-8));
 }
 
+/// A cantilever that a blow sets going from rest, without gravity: nothing but the load says how large the motion is.
+TEST_P(Motion, AnswersAreInProportionToTheLoadOverTwelveDecades) {
+  const test::Option end{"-ts_max_time", "0.2"};
+  BeamParameters beam = test::steel_beam(10);
+  beam.left = test::kClamped;
+  const auto positions = [&](double force) {
+    const NodalLoad load{.position = 10.0, .time = {0.0, 0.01, 0.02}, .force = {0.0, force, 0.0}};
+    test::Fall fall{beam, 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
+    test::Recorder record{0.02};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    EXPECT_LT(record.largest_drift(), 1e-5) << force << " N";
+    return record.positions;
+  };
+  constexpr double kRatio = 1e-12;
+  const auto large = positions(1e4);
+  const auto small = positions(kRatio * 1e4);
+  for (std::size_t k = 1; k < large.size(); ++k) {
+    for (std::size_t i = 0; i < large[k].size(); ++i) {
+      // Rounding may decide otherwise about a step: as far apart as two runs of the tolerance are, 1e-8 of the motion.
+      EXPECT_NEAR(small[k][i] / kRatio, large[k][i], 1e-8 * 1e-2) << "the tip moves by some centimetres";
+    }
+  }
+}
+
+/// Nothing moves for a while: the balance of the little that moves first is judged by what it is to become.
+TEST_P(Motion, ALoadThatBeginsLateKeepsTheBalance) {
+  const test::Option end{"-ts_max_time", "0.6"};
+  const test::Option tolerance{"-ts_rtol", "1e-8"};
+  BeamParameters beam = test::steel_beam(10);
+  beam.left = test::kClamped;
+  const NodalLoad load{.position = 5.0, .time = {0.0, 0.3, 0.6}, .force = {0.0, 0.0, 0.1}};
+  test::Fall fall{beam, 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
+  test::Recorder record{0.005};
+  fall.dynamics.add_observer(record);
+  fall.dynamics.solve();
+  EXPECT_LT(std::abs(record.energies.back().drift()), 1e-6);
+}
+
 /// Steps end at the many kinks of a table but for the last bits of their times, and none takes the slope before it.
 TEST_P(Motion, ManyKinksOfATableGiveTheirImpulseAndTheirWork) {
   const test::Option end{"-ts_max_time", "0.3"};

@@ -214,6 +214,32 @@ TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
 }
 
 /// A table that rises evenly meets balls that rise, too.
+/// Supports throw a beam that nothing else moves: by micrometres as by metres.
+TEST_P(OnSupports, MotionIsInProportionToThatOfTheSupports) {
+  const test::Option end{"-ts_max_time", "0.15"};
+  const auto positions = [](double size) {
+    std::vector<Support> supports;
+    for (const double x : {2.0, 8.0}) {
+      supports.push_back({.position = x, .restitution = 0.5});
+      supports.back().motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.03, 0.08, 0.2},
+                                                               std::vector<double>{0.0, size, 0.3 * size, 0.0});
+    }
+    test::Fall fall{test::steel_beam(10), 100.0, 0.0, {.height = 0.5 * size}, supports};
+    test::Recorder record{0.03};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    EXPECT_GT(fall.dynamics.counts().impacts, 0);
+    return record.positions;
+  };
+  const auto large = positions(1.0);
+  const auto small = positions(1e-6);
+  for (std::size_t k = 0; k < large.size(); ++k) {
+    for (std::size_t i = 0; i < large[k].size(); ++i) {
+      EXPECT_NEAR(1e6 * small[k][i], large[k][i], within(1e-8));
+    }
+  }
+}
+
 TEST_P(OnSupports, BallsThatATableCatchesUpWithAreHit) {
   const test::Option end{"-ts_max_time", "0.3"};
   test::Fall fall{

@@ -36,10 +36,14 @@ enum class ContactSurface : std::uint8_t {
 
 /// @brief What shapes the treatment of contact.
 struct ContactParameters {
-  double hop_tolerance = 1e-10;  ///< a mass whose next hop would stay below this rests instead [m], > 0
+  /// A mass whose next hop would stay below this rests instead [m]; 0: below `kHopShare` of the motion's scale.
+  double hop_tolerance = 0.0;
   ContactSurface surface = ContactSurface::mass;
   PetscInt line_dense_max = static_cast<PetscInt>(LineContact::kDensePoints);  ///< see `LineContact`, >= 0
 };
+
+/// A hop this low, beside the motion's length, is none: it has 1e-5 of the motion's velocity and 1e-10 of its energy.
+inline constexpr double kHopShare = 1e-10;
 
 /// @brief Sums of contact over the whole run so far; equal on every rank.
 struct ContactCounts {
@@ -157,7 +161,7 @@ class ContactState {
   /// @brief Ends the step: what `sums` holds besides is added up in the same reduction.
   /// @note Collective: one reduction, one more if there were events.
   void commit(double time, std::span<double> sums);
-  /// Takes back everything since the last `commit`.
+  /// Takes back everything since the last `begin_step`.
   void undo();
   /// Events of the step that `commit` ended, this rank's, those of a node in order of time.
   [[nodiscard]] std::span<const ImpactRecord> impacts() const noexcept { return impacts_; }
@@ -172,6 +176,8 @@ class ContactState {
   [[nodiscard]] const std::vector<double>& support_impulses() const noexcept { return impulse_; }
   /// @note Collective; meaningless without supports.
   [[nodiscard]] LineGap smallest_line_gap() const;
+  /// That of this rank.
+  [[nodiscard]] const LineGap& local_line_gap() const noexcept { return line_gap_; }
 
   /// @name For a restart. Index of the support + 1 for each local node, 0 where the mass moves.
   /// @{
@@ -222,6 +228,8 @@ class ContactState {
   };
   std::vector<Touch> touches_;
   LineGap line_gap_before_;
+  ContactCounts counts_before_;
+  std::vector<double> impulse_before_;
   struct Loss {
     double time;
     double energy;

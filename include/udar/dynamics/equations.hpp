@@ -55,10 +55,10 @@ class Equations {
   /// pull.
   [[nodiscard]] std::vector<double> line_stretch(const LineState& state) const;
 
-  /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line; the
-  /// other entries of the ledger are left at zero.
+  /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line. The
+  /// scale of the ledger is what rounding alone lets one judge by; its other entries are left at zero.
   /// @param state with moment
-  /// @note Collective: one reduction of five numbers.
+  /// @note Collective: one reduction of six numbers.
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 

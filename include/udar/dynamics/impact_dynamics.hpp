@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "udar/dynamics/contact_state.hpp"
@@ -85,14 +86,16 @@ class ImpactDynamics {
 
   void refuse_absurd(const MassState& masses, const InitialState& initial) const;
   void refuse_overlap(const MassState& masses) const;
-  [[nodiscard]] MotionScale motion_scale(const MassState& masses, const InitialState& initial) const;
   [[nodiscard]] TSType default_type() const;
   void refuse_on_line(const Support& support) const;
   void refuse_supports() const;
   void configure_stepper();
-  void set_absolute_tolerance();
+  void refuse_hops_without_length() const;
   void start();
   void after_step();
+  [[nodiscard]] std::string fallen_through(double time) const;
+  void refuse_standstill(double time);
+  [[nodiscard]] double tolerated_energy() const;
   void limit_step(double next_step);
   void tell_events();
   void emit_snapshots(double until);
@@ -106,8 +109,8 @@ class ImpactDynamics {
   Equations* equations_;
   std::optional<LineContact> line_contact_;
   std::vector<ContactRun> near_;  // nodes under supports, whoever touches
-  ContactState contact_;
   ImpactProblem problem_;
+  ContactState contact_;
   std::size_t count_;
   petsc::TimeStepper ts_;
   petsc::Vector state_;  // [Ym, Vm] of the local nodes
@@ -118,6 +121,7 @@ class ImpactDynamics {
   double wanted_step_ = 0.0;
   bool step_was_cut_ = false;
   PetscInt events_at_once_ = 0;
+  PetscInt short_steps_ = 0;
 
   std::vector<Observer*> observers_;
   std::vector<Due> due_;
@@ -129,7 +133,6 @@ class ImpactDynamics {
   std::vector<double> shown_impulse_;  // of each support
   EnergyLedger ledger_;
   PetscInt row_line_solves_ = 0;
-  double largest_kinetic_ = 0.0;
   std::vector<double> kinks_;  // of loads and moving supports, ascending [s]
   bool flows_ = false;         // energy flows through supports or dampers
   double load_work_ = 0.0;     // local share up to the start of the step

@@ -35,6 +35,7 @@ class LocatedSteps final : public Stepper {
   [[nodiscard]] double line_integral(std::size_t node, double until) const override;
   [[nodiscard]] EnergyFlow flow(double until) const override;
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override;
+  [[nodiscard]] std::span<const double> start_of_step() const override { return {start_values_, 2 * count_}; }
   [[nodiscard]] PetscInt repeated_steps() const override { return repeated_steps_; }
   [[nodiscard]] PetscInt evaluations() const override { return evaluations_; }
   void save(MotionState& state) const override;
@@ -59,6 +60,7 @@ class LocatedSteps final : public Stepper {
     EnergyFlow flow;    // [m^2/s^2]
   };
 
+  void set_absolute_tolerance();
   void right_hand_side(double time, Vec state, Vec rate);
   void load_end(double time);
   double survey(double length);
@@ -107,6 +109,8 @@ class LocatedSteps final : public Stepper {
   ContactState* contact_;
   std::size_t count_;
   double wf2_;
+  MotionScale scale_;
+  petsc::Vector absolute_;  // tolerance; null: -ts_atol
   bool first_stage_at_start_ = false;
   bool last_stage_at_end_ = false;
   Vec state_ = nullptr;

@@ -38,6 +38,7 @@ class ProblemStepper : public petsc::TimeIntegrator, public Stepper {
   void return_to_start() final;
   void masses(double time, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const final;
+  [[nodiscard]] std::span<const double> start_of_step() const final { return {start_, 2 * count_}; }
 
  protected:
   /// `-ts_rtol`, unless it is given.

@@ -13,6 +13,7 @@
 
 #include "udar/dynamics/contact_state.hpp"
 #include "udar/dynamics/equations.hpp"
+#include "udar/dynamics/motion_scale.hpp"
 
 namespace udar {
 
@@ -25,12 +26,6 @@ struct MotionState {
   /// @throws InputError naming -restart_file if it is missing or, for a field, not of `size`
   [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size) const;
   [[nodiscard]] double scalar(const std::string& name) const;
-};
-
-/// @brief How large the motion is; tolerances relative to it cost no steps where something crosses zero.
-struct MotionScale {
-  double length = 1.0;    ///< [m]
-  double velocity = 1.0;  ///< [m/s]
 };
 
 /// @brief What the integrators advance: the masses on their line, and who touches what.
@@ -74,6 +69,9 @@ class Stepper {
   /// @brief Where the line is at such a node and time [m]; asked for only where a load jumps within a step, which those
   /// of fixed length alone do not end at.
   [[nodiscard]] virtual double line_place(std::size_t /*node*/, double /*at*/) const { return 0.0; }
+
+  /// Ym [m], then Vm [m/s], of the local nodes at the start of the step.
+  [[nodiscard]] virtual std::span<const double> start_of_step() const = 0;
 
   /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
   [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
