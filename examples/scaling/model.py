@@ -37,7 +37,8 @@ def communication(point):
     ranks, counts = point["ranks"], point["counts"]
     if ranks == 1:
         return {"messages": 0.0, "reductions": 0.0, "gathers": 0.0}
-    checks = counts["line_solves"] // CHECK_INTERVAL  # of the residual: four norms, four meetings to make its vectors
+    # Of the residual, those that do not fall into output: four norms, four meetings to make its vectors.
+    checks = (counts["line_solves"] - counts["rows"]) / CHECK_INTERVAL
     solves = counts["sweeps"] + 2 + 2 * checks  # the start and the loads are solved for, too
     sides = 1.0 if ranks == 2 else 2.0
     near = neighbours_only(point)

@@ -15,6 +15,7 @@ from common import ENVIRONMENT, ROOT, UDAR, read_csv
 
 FOLDER = ROOT / "examples" / "scaling"
 RANKS = [1, 2, 3, 4]
+CHECKS_IN_OUTPUT = 2  # of the residual in the quick runs, more or less than their share of the solves
 PICTURES = """time-per-step solves-per-second bytes-per-element strong-efficiency weak-efficiency share-of-step
     extrapolation""".split()
 sys.path.insert(0, str(FOLDER))
@@ -74,7 +75,10 @@ class Quick(unittest.TestCase):
         self.assertEqual(weak[0]["per_step"]["without_output"]["messages"], 0)
         told = [p["per_step"]["without_output"] for p in weak]
         self.assertEqual(told[2]["messages"], told[3]["messages"])  # two neighbours
-        self.assertAlmostEqual(2.0 * told[1]["messages"] / told[2]["messages"], 1.0, delta=0.02)  # one neighbour
+        # One neighbour. A residual check in ten falls into output, three messages a side, and not the same on all.
+        steps = weak[0]["counts"]["steps"]
+        messages = [2.0 * steps * told[1]["messages"], steps * told[2]["messages"]]
+        self.assertAlmostEqual(messages[0], messages[1], delta=0.02 * messages[1] + 2 * 3 * CHECKS_IN_OUTPUT)
         for name, constant in (("reductions", told[1]["reductions"]), ("message_bytes", told[3]["message_bytes"])):
             self.assertAlmostEqual(told[2][name] / constant, 1.0, delta=0.1)
         self.assertAlmostEqual(told[2]["reductions"], told[3]["reductions"], delta=0.05 * told[3]["reductions"])
@@ -84,10 +88,10 @@ class Quick(unittest.TestCase):
             told, counted = model.communication(point), point["per_step"]["without_output"]
             steps = point["counts"]["steps"]
             place = f"{point['series']} on {point['ranks']}"
-            # A residual check, up to three messages a side, falls into a step or into a row of output.
+            # How many residual checks, up to three messages a side, fall into output is a matter of chance.
             sides = 1 if point["ranks"] == 2 else 2
             self.assertAlmostEqual(told["messages"], steps * counted["messages"], msg=place,
-                                   delta=0.02 * told["messages"] + 3 * sides)
+                                   delta=0.02 * told["messages"] + 3 * sides * CHECKS_IN_OUTPUT)
             per_step = (told["reductions"] + told["gathers"]) / steps
             self.assertAlmostEqual(per_step / counted["reductions"], 1.0, delta=0.1,
                                    msg=place)
@@ -99,7 +103,7 @@ class Quick(unittest.TestCase):
             self.assertLess(point["difference"], measure.AGREEMENT)
             self.assertTrue(point["equal"])
         weak, strong = self.series("weak"), self.series("strong")
-        self.assertEqual([p["counts"]["impacts"] for p in weak], [140, 280, 420, 560])
+        self.assertEqual([p["counts"]["impacts"] for p in weak], [150, 300, 450, 600])
         self.assertEqual({p["counts"]["impacts"] for p in strong}, {4001})
 
     def test_stages_add_up(self):
