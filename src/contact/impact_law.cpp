@@ -10,7 +10,7 @@ ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, dou
     outcome.velocity = -falling_restitution(restitution, yield_speed, -mass.velocity) * mass.velocity;
   }
   const double hop = outcome.velocity * outcome.velocity;  // times 1 / (2 |a|)
-  if (mass.acceleration < 0.0 && hop <= -2.0 * mass.acceleration * hop_tolerance) {
+  if (mass.acceleration <= mass.resolution && hop <= std::max(0.0, -2.0 * mass.acceleration * hop_tolerance)) {
     outcome.rests = true;
     outcome.velocity = 0.0;
   }

@@ -61,6 +61,11 @@ double ContactState::together(double position, double height) const {
                   8.0 * kEpsilon * std::max(std::abs(position), std::abs(height)));
 }
 
+double ContactState::pull_resolution(double height) const {
+  constexpr double kRoundings = 16.0;  // of places, each half a unit in the last place, and of the solve
+  return kRoundings * kEpsilon * (length_ + std::abs(height));
+}
+
 void ContactState::set_resting(std::size_t node, PetscInt support) {
   changes_.push_back({.node = node, .before = resting_[node]});
   resting_[node] = support + 1;
@@ -195,7 +200,8 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
       const bool is_due = !due.empty() && due[node] == run.support + 1;
       if (resting(node)) {
         if (is_due && resting_on(node, run)) {
-          stretch[node] = lift.acceleration / acceleration;
+          // Just off: else it would be held again by what else happens at this instant.
+          stretch[node] = lift.acceleration / acceleration + 2.0 * run.side * pull_resolution(height);
           release(run, node, time);
         }
         continue;
@@ -204,10 +210,20 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
       if (gap > together(position[node], height) && !is_due) {
         continue;
       }
-      const TouchingMass mass{.velocity = run.side * (velocity[node] - lift.velocity),
-                              .acceleration = run.side * (acceleration * stretch[node] - lift.acceleration),
-                              .mass = mass_[node]};
-      const ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance, run.yield_speed);
+      const double wf = std::sqrt(acceleration);
+      const double resolution = pull_resolution(height);
+      TouchingMass mass{.velocity = run.side * (velocity[node] - lift.velocity),
+                        .acceleration = run.side * (acceleration * stretch[node] - lift.acceleration),
+                        .resolution = acceleration * resolution,
+                        .mass = mass_[node]};
+      if (std::abs(mass.velocity) <= wf * resolution) {
+        mass.velocity = 0.0;  // it stands there, but for rounding
+      }
+      ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance, run.yield_speed);
+      // It is to meet the support now, and would not get off it by the tolerance in 1 / wf: no hop at all.
+      if (is_due && !outcome.impact && outcome.velocity <= wf * parameters_.hop_tolerance) {
+        outcome = {.energy_loss = 0.5 * mass.mass * mass.velocity * mass.velocity, .rests = true};
+      }
       if (!outcome.impact && !outcome.rests) {
         continue;
       }

@@ -63,9 +63,23 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   }
 }
 
-void Equations::evaluate_rate(const Instant& at, std::span<const double> mass_velocity,
-                              std::span<double> stretch_rate) {
-  line_->solve(mass_velocity, loads_->rate(at, work_), stretch_rate, {});
+void Equations::evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate) {
+  line_->solve(mass_velocity, {}, stretch_rate, {});
+}
+
+const LoadRate& Equations::load_rate(double time) {
+  if (!loads_->time_dependent()) {
+    return load_rate_;
+  }
+  const std::size_t interval = loads_->interval(time);
+  if (load_rate_.stretch.empty() || interval != load_interval_) {
+    load_interval_ = interval;
+    std::ranges::fill(displacement_, 0.0);
+    load_rate_.stretch.resize(axis_.size());
+    line_->solve(displacement_, loads_->rate({time, time}, work_), load_rate_.stretch, {});
+    load_rate_.amplitude.assign(line_->amplitudes().begin(), line_->amplitudes().end());
+  }
+  return load_rate_;
 }
 
 std::vector<double> Equations::line_stretch(const LineState& state) const {

@@ -118,7 +118,7 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
   }
   if (damping_.stiffness != 0.0) {
     stage_rate_.resize(count_);
-    equations_->evaluate_rate({time, start_.time}, {now.values() + count_, count_}, stage_rate_);
+    equations_->evaluate_rate({now.values() + count_, count_}, stage_rate_);
   }
   const WriteArray change{rate};
   for (std::size_t i = 0; i < count_; ++i) {
@@ -144,7 +144,7 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
   }
 }
 
-/// @param rate d', where the structure is damped
+/// @param rate d(Vm), where the structure is damped
 void LocatedSteps::find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
                                       std::vector<double>& result, std::vector<double>& bend) {
   const double time = line.time;
@@ -209,11 +209,12 @@ void LocatedSteps::load_end(double time) {
     if (!start_rate_valid_) {
       start_rate_.resize(count_);
       const ReadArray start{start_state_};
-      equations_->evaluate_rate(start_.time, {start.values() + count_, count_}, start_rate_);
+      equations_->evaluate_rate({start.values() + count_, count_}, start_rate_);
       start_rate_valid_ = true;
     }
     end_rate_.resize(count_);
-    equations_->evaluate_rate({time, start_.time}, {end.values() + count_, count_}, end_rate_);
+    equations_->evaluate_rate({end.values() + count_, count_}, end_rate_);
+    load_rate_ = equations_->load_rate(start_.time).stretch;
   }
   if (!plain_) {
     find_accelerations(end.values(), end_, end_rate_, end_acceleration_, end_bend_);
@@ -228,9 +229,11 @@ LocatedSteps::Pull LocatedSteps::pull(const ContactRun& run, std::size_t node, b
   const double jerk = length > 0.0 ? (run.lift(end_.time, start_.time).acceleration - before) / length : 0.0;
   const double rate = (at_end ? end_rate_ : start_rate_)[node];
   const double bend = damping_.any() ? (at_end ? end_bend_ : start_bend_)[node] : 0.0;
-  return {.value = (at_end ? end_ : start_).stretch[node] + damping_.stiffness * rate -
-                   (lift.acceleration + damping_.mass * lift.velocity) / wf2_,
-          .rate = rate + damping_.stiffness * bend - (jerk + damping_.mass * lift.acceleration) / wf2_};
+  return {
+      .value = (at_end ? end_ : start_).stretch[node] + damping_.stiffness * rate -
+               (lift.acceleration + damping_.mass * lift.velocity) / wf2_ -
+               run.side * contact_->pull_resolution(run.height(node) + lift.height),
+      .rate = rate + load_rate(node) + damping_.stiffness * bend - (jerk + damping_.mass * lift.acceleration) / wf2_};
 }
 
 /// Fills `candidates_` with every event on the dense output of the step and returns the earliest time on any rank.
@@ -245,6 +248,11 @@ double LocatedSteps::survey(double length) {
   return first != candidates_.end() ? first->time : kNever;
 }
 
+void LocatedSteps::add_candidate(Candidate candidate) {
+  candidate.met = candidate.time;
+  candidates_.push_back(candidate);
+}
+
 void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length) {
   if (contact_->resting_on(node, run)) {
     const Pull first = pull(run, node, false);
@@ -256,7 +264,7 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
       const double slope = -3.0 / length *
                            (s * s * (pressing[1] - pressing[0]) + 2.0 * s * *theta * (pressing[2] - pressing[1]) +
                             *theta * *theta * (pressing[3] - pressing[2]));
-      candidates_.push_back({.run = &run, .node = node, .time = start_.time + *theta * length, .slope = slope});
+      add_candidate({.run = &run, .node = node, .time = start_.time + *theta * length, .slope = slope});
     }
     return;
   }
@@ -285,7 +293,7 @@ void LocatedSteps::survey(const ContactRun& run, std::size_t node, double length
     }
   }
   if (const auto theta = first_closing(StepPolynomial{start, end, length}.bernstein(), touching)) {
-    candidates_.push_back({.run = &run, .node = node, .time = start_.time + *theta * length, .slope = 0.0});
+    add_candidate({.run = &run, .node = node, .time = start_.time + *theta * length});
   }
 }
 
@@ -308,8 +316,7 @@ void LocatedSteps::survey_hold(const ContactRun& run, std::size_t node, double l
   }
   const auto add = [&](std::optional<double> theta, bool opens) {
     if (theta) {
-      candidates_.push_back(
-          {.run = &run, .node = node, .time = start_.time + *theta * length, .slope = 0.0, .opens = opens});
+      add_candidate({.run = &run, .node = node, .time = start_.time + *theta * length, .opens = opens});
     }
     return theta.has_value();
   };
@@ -366,7 +373,8 @@ double LocatedSteps::corrected_time(const Candidate& candidate, double time) con
   return open.velocity < 0.0 ? time - open.position / open.velocity : candidate.time;
 }
 
-/// Moves the end of the step to the first event; returns its time.
+/// Moves the end of the step to the first event; returns its time. What is due there is what told this time: states of
+/// repeated steps differ by rounding, and so would candidates corrected anew.
 double LocatedSteps::hit(double event_time, double step_end) {
   const double window = kInstantWindow * (step_end - start_.time);
   double target = event_time;
@@ -384,14 +392,16 @@ double LocatedSteps::hit(double event_time, double step_end) {
     }
     reached = repeat_step(target);
     double next = kNever;
-    for (const Candidate& candidate : candidates_) {
+    for (Candidate& candidate : candidates_) {
       if (candidate.time <= event_time + window) {
-        next = std::min(
-            next, std::clamp(corrected_time(candidate, reached), candidate.time - window, candidate.time + window));
+        candidate.met =
+            std::clamp(corrected_time(candidate, reached), candidate.time - window, candidate.time + window);
+        candidate.met = std::clamp(candidate.met, start_.time, step_end);
+        next = std::min(next, candidate.met);
       }
     }
     MPI_Allreduce(MPI_IN_PLACE, &next, 1, MPI_DOUBLE, MPI_MIN, equations_->beam().comm());
-    target = std::clamp(next, start_.time, step_end);
+    target = next;
     if (std::abs(target - reached) <= time_resolution(reached)) {
       break;
     }
@@ -407,9 +417,25 @@ double LocatedSteps::line_gap(const ContactRun& run, std::size_t node, double th
 }
 
 StepPolynomial LocatedSteps::stretch_polynomial(std::size_t node) const {
-  return {{.position = start_.stretch[node], .velocity = start_rate_[node], .acceleration = start_bend_[node]},
-          {.position = end_.stretch[node], .velocity = end_rate_[node], .acceleration = end_bend_[node]},
-          end_.time - start_.time};
+  const double of_loads = load_rate(node);
+  return {
+      {.position = start_.stretch[node], .velocity = start_rate_[node] + of_loads, .acceleration = start_bend_[node]},
+      {.position = end_.stretch[node], .velocity = end_rate_[node] + of_loads, .acceleration = end_bend_[node]},
+      end_.time - start_.time};
+}
+
+/// What the dampers of the structure see: a linear image of the masses' own polynomials, so that at no instant these
+/// gain energy by them.
+double LocatedSteps::damper_rate(std::size_t node, double theta) const {
+  return stretch_polynomial(node).velocity(theta) - load_rate(node);
+}
+
+/// Of the line from a mass at rest on a support at rest.
+double LocatedSteps::resting_stretch(std::size_t node, double theta) const {
+  const double of_loads = load_rate(node);
+  return bernstein_value(cubic_bernstein(start_.stretch[node], start_rate_[node] + of_loads, end_.stretch[node],
+                                         end_rate_[node] + of_loads, end_.time - start_.time),
+                         theta);
 }
 
 /// Of the line from a mass that this support, if any, touches.
@@ -419,8 +445,7 @@ double LocatedSteps::stretch(const ContactRun& run, std::size_t node, double the
     return stretch_polynomial(node).position(theta);
   }
   if (contact_->resting(node)) {
-    return bernstein_value(
-        cubic_bernstein(start_.stretch[node], start_rate_[node], end_.stretch[node], end_rate_[node], length), theta);
+    return resting_stretch(node, theta);
   }
   const StepPolynomial motion = polynomial(node);
   const Kinematics mass{.position = motion.position(theta), .velocity = motion.velocity(theta)};
@@ -454,7 +479,7 @@ LocatedSteps::Given LocatedSteps::given(const ContactRun& run, std::size_t node,
     double push = 0.0;
     if (rests) {
       push = lift.acceleration + damping_.mass * lift.velocity - wf2_ * stretch(run, node, share);
-      push -= damping_.any() ? damping_.stiffness * wf2_ * stretch_polynomial(node).velocity(share) : 0.0;
+      push -= damping_.any() ? damping_.stiffness * wf2_ * damper_rate(node, share) : 0.0;
     } else {
       const Kinematics now = open(share);
       push = -run.side * (run.stiffness * now.position + run.damping * now.velocity);
@@ -480,7 +505,8 @@ EnergyFlow LocatedSteps::flow(double until) const {
     const StepPolynomial line = stretch_polynomial(i);
     for (const auto& [at, weight] : local::detail::kGauss) {
       const double speed = motion.velocity(at * share);
-      const double taken = damping_.mass * speed - damping_.stiffness * wf2_ * line.velocity(at * share);
+      const double turn = line.velocity(at * share) - load_rate(i);
+      const double taken = damping_.mass * speed - damping_.stiffness * wf2_ * turn;
       sum.damped += equations_->line().mass()[i] * weight * share * length * speed * taken;
     }
   }
@@ -519,8 +545,7 @@ void LocatedSteps::change_holds() {
   for (const Candidate& candidate : candidates_) {
     const ContactRun& run = *candidate.run;
     const std::size_t node = candidate.node;
-    if (!event_ || !run.elastic() ||
-        corrected_time(candidate, end_.time) > end_.time + 2.0 * time_resolution(end_.time)) {
+    if (!event_ || !run.elastic() || !is_due(candidate)) {
       continue;
     }
     Hold& hold = holds_[index_of(run)][node - run.first];
@@ -597,9 +622,10 @@ void LocatedSteps::track_contact() {
           contact_->touch(node, start_.time, end_.time);
         }
       } else if (length > 0.0 && contact_->resting_on(node, run)) {
-        const double stretch = 0.5 * length * (start_.stretch[node] + end_.stretch[node]) +
-                               length * length / 12.0 * (start_rate_[node] - end_rate_[node]) +
-                               damping_.stiffness * (end_.stretch[node] - start_.stretch[node]);
+        const double stretch =
+            0.5 * length * (start_.stretch[node] + end_.stretch[node]) +
+            length * length / 12.0 * (start_rate_[node] - end_rate_[node]) +
+            damping_.stiffness * (end_.stretch[node] - start_.stretch[node] - length * load_rate(node));
         contact_->press(run.support, -wf2_ * equations_->line().mass()[node] * stretch);
       }
     }
@@ -658,7 +684,7 @@ void LocatedSteps::apply_events() {
   const double time = end_.time;
   std::vector<std::int32_t> due(count_, 0);
   for (const Candidate& candidate : candidates_) {
-    if (!candidate.run->elastic() && corrected_time(candidate, time) <= time + 2.0 * time_resolution(time)) {
+    if (!candidate.run->elastic() && is_due(candidate)) {
       due[candidate.node] = candidate.run->support + 1;
     }
   }
@@ -687,7 +713,7 @@ void LocatedSteps::begin_step() {
   if (!plain_) {
     if (damping_.any()) {
       start_rate_.resize(count_);
-      equations_->evaluate_rate(start_.time, {start_values_ + count_, count_}, start_rate_);
+      equations_->evaluate_rate({start_values_ + count_, count_}, start_rate_);
       start_rate_valid_ = true;
     }
     find_accelerations(start_values_, start_, start_rate_, start_acceleration_, start_bend_);
@@ -721,19 +747,21 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
   }
   const double theta = std::min(elapsed / length, 1.0);
   if (contact_->resting(node) && plain_) {
-    const double end = (1.0 - theta) * start_.stretch[node] + theta * end_.stretch[node];
-    return elapsed * (start_values_[node] + 0.5 * (start_.stretch[node] + end));
+    // Simpson's rule, exact for the cubic.
+    return elapsed *
+           (start_values_[node] +
+            (start_.stretch[node] + 4.0 * resting_stretch(node, 0.5 * theta) + resting_stretch(node, theta)) / 6.0);
   }
   const StepPolynomial motion = polynomial(node);
-  double pulled = motion.velocity(theta) - motion.velocity(0.0);  // by the line
-  if (damping_.any()) {
+  // By the line: what the mass gained, without what dampers took and supports gave.
+  double pulled =
+      motion.velocity(theta) - motion.velocity(0.0) + damping_.mass * (motion.position(theta) - motion.position(0.0));
+  if (damping_.stiffness != 0.0) {
     const StepPolynomial line = stretch_polynomial(node);
-    pulled = wf2_ * integral(line, theta, length);
+    pulled -=
+        damping_.stiffness * wf2_ * (line.position(theta) - line.position(0.0) - theta * length * load_rate(node));
   }
   for (const ContactRun& run : contact_->runs()) {
-    if (damping_.any()) {
-      break;  // the stretch is known by itself
-    }
     pulled -= !plain_ && node >= run.first && node < run.last ? given(run, node, theta).push : 0.0;
   }
   return integral(motion, theta, length) + pulled / wf2_;

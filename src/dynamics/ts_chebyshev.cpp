@@ -166,16 +166,11 @@ class Chebyshev final : public ProblemStepper {
       acceleration_[i] = wf_ * wf_ * line_.stretch[i];
     }
     amplitude_ = line_.amplitude;
-    jerk_.clear();
-    if (equations_->loads().time_dependent()) {
-      jerk_.resize(count_);
-      const std::vector<double> none(count_, 0.0);
-      equations_->evaluate_rate(begin_, none, jerk_);
-      const auto rate = equations_->line().amplitudes();
-      amplitude_rate_.assign(rate.begin(), rate.end());
-      for (double& value : jerk_) {
-        value *= wf_ * wf_;
-      }
+    const LoadRate& rate = equations_->load_rate(begin_);
+    amplitude_rate_ = rate.amplitude;
+    jerk_ = rate.stretch;
+    for (double& value : jerk_) {
+      value *= wf_ * wf_;
     }
     motion_->start({.velocity = {start_ + count_, count_},
                     .acceleration = acceleration_,
@@ -284,7 +279,8 @@ class Chebyshev final : public ProblemStepper {
             .acceleration = run.side * motion_->at(at.weights[2], node)};
   }
 
-  /// How hard a resting mass presses, as stretch [m], and its rate [m/s].
+  /// How hard a resting mass presses, as stretch [m], and its rate [m/s]; it stays while that is above minus its
+  /// resolution.
   [[nodiscard]] std::array<double, 2> pressing(const ContactRun& run, std::size_t node, const Sample& at) const {
     const double steady = jerk_.empty() ? 0.0 : jerk_[node] / (wf_ * wf_);
     return {-run.side * (line_.stretch[node] + steady * at.time + motion_->stretch(at.weights[0], node)),
@@ -344,14 +340,16 @@ class Chebyshev final : public ProblemStepper {
   bool closing(const ContactRun& run, std::size_t node, const Sample& from, const Sample& to) {
     const double length = to.time - from.time;
     if (contact_->resting(node)) {
-      const auto start = pressing(run, node, from);
-      const auto end = pressing(run, node, to);
+      const double resolution = contact_->pull_resolution(run.height(node));
+      const auto holding = [&](const Sample& at) {
+        const auto [value, rate] = pressing(run, node, at);
+        return std::array{value + resolution, rate};
+      };
+      const auto start = holding(from);
+      const auto end = holding(to);
       const auto theta = first_closing(cubic_bernstein(start[0], start[1], end[0], end[1], length), 0);
       if (theta) {
-        const double time = polished(from.time + *theta * length, from.time, to.time, [&](const Sample& at) {
-          const auto value = pressing(run, node, at);
-          return std::array{value[0], value[1]};
-        });
+        const double time = polished(from.time + *theta * length, from.time, to.time, holding);
         candidates_.push_back({.run = &run, .node = node, .time = time});
       }
       return theta.has_value();

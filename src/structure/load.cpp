@@ -60,6 +60,10 @@ Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, const Instant& at) {
   return {.force = load.force[right - 1] + rate * (at.time - load.time[right - 1]), .rate = rate};
 }
 
+std::size_t Loads::interval(double time) const {
+  return static_cast<std::size_t>(std::ranges::upper_bound(kinks_, just_after(time)) - kinks_.begin());
+}
+
 /// Weight and loads together. @param value of one table
 template <class Value>
 std::span<const double> Loads::sum(std::vector<double>& work, const Value& value) const {

@@ -63,6 +63,16 @@ TEST(ImpactLaw, RestsAtOnceWithoutRestitutionIfPressed) {
   EXPECT_EQ(lifted.velocity, 0.0);
 }
 
+TEST(ImpactLaw, RestsWithoutRestitutionWhereNothingPullsButRounding) {
+  for (const double acceleration : {0.0, 1e-15, -1e-15}) {
+    const TouchingMass mass{.velocity = -4.0, .acceleration = acceleration, .resolution = 1e-14, .mass = 2.0};
+    EXPECT_TRUE(resolve_contact(mass, 0.0, 1e-10).rests) << acceleration;
+    EXPECT_FALSE(resolve_contact(mass, 0.5, 1e-10).rests) << acceleration;
+  }
+  EXPECT_FALSE(
+      resolve_contact({.velocity = -4.0, .acceleration = 2e-14, .resolution = 1e-14, .mass = 2.0}, 0.0, 1e-10).rests);
+}
+
 TEST(ImpactLaw, RestsWhenTheNextHopIsNegligible) {
   // Hop height v^2 / (2 a) = 5e-11 m after the impact.
   const TouchingMass mass{.velocity = -2e-4, .acceleration = -100.0, .mass = 1.0};

@@ -11,6 +11,7 @@ namespace udar {
 struct TouchingMass {
   double velocity = 0.0;      ///< [m/s]
   double acceleration = 0.0;  ///< by the filter spring, [m/s^2]; negative: it presses on the support
+  double resolution = 0.0;    ///< of the acceleration [m/s^2]: what is not above it does not pull the mass off
   double mass = 0.0;          ///< [kg]
 };
 
@@ -30,7 +31,8 @@ struct ContactOutcome {
   return ratio < 1.0 ? restitution * std::sqrt(std::sqrt(ratio)) : restitution;
 }
 
-/// @brief Newton's law v+ = -e v-, and rest where the next hop would be lower than `hop_tolerance`.
+/// @brief Newton's law v+ = -e v-, and rest where the next hop would be lower than `hop_tolerance`, or where neither
+/// velocity nor acceleration leads away.
 /// @param restitution   e0, from 0 to 1
 /// @param yield_speed   of `falling_restitution` [m/s]; infinite: e does not fall
 /// @param hop_tolerance [m], >= 0

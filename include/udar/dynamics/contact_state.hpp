@@ -100,6 +100,10 @@ class ContactState {
   [[nodiscard]] bool any_resting() const noexcept { return local_resting_ > 0; }
   /// How far from its support a mass still counts as on it [m], positions of about `position` [m].
   [[nodiscard]] double together(double position, double height) const;
+  /// @param length of the motion [m]: rounding of stretches goes by it
+  void measure(double length) noexcept { length_ = length; }
+  /// How far a stretch that would pull a mass off a support of about `height` [m] is known [m].
+  [[nodiscard]] double pull_resolution(double height) const;
 
   /// @name The journal of the step. Not collective.
   /// @{
@@ -197,6 +201,7 @@ class ContactState {
   std::span<const double> mass_;
   std::vector<Support> supports_;
   ContactParameters parameters_;
+  double length_ = 0.0;  // of the motion [m]
   std::vector<ContactRun> runs_;
   std::vector<std::int32_t> resting_;
   std::size_t local_resting_ = 0;

@@ -24,8 +24,15 @@ struct LineState {
   bool held = false;                  ///< whether there is any of them, equal on every rank
 };
 
-/// @brief Rayleigh damping of the filtered beam: the force -(mass M + stiffness D) Ym' on the masses, D Ym' = wf^2 M
-/// (Ym' - Yc'). A mode of frequency lambda has the damping ratio mass / (2 lambda) + stiffness lambda / 2.
+/// @brief What changing loads alone do to the line, by their rates: no mass moves.
+struct LoadRate {
+  std::vector<double> stretch;    ///< [m/s], one value per local node; empty: loads are steady
+  std::vector<double> amplitude;  ///< of it in the corrected modes [m kg^(1/2)/s]
+};
+
+/// @brief Rayleigh damping of the filtered beam: the force -(mass M + stiffness D) Ym' on the masses, where D Ym' =
+/// -wf^2 M d(Ym') and d(Ym') is the stretch that the masses' velocities alone would give the line. A mode of frequency
+/// lambda has the damping ratio mass / (2 lambda) + stiffness lambda / 2.
 struct Damping {
   double mass = 0.0;       ///< [1/s], >= 0
   double stiffness = 0.0;  ///< [s], >= 0
@@ -48,8 +55,13 @@ class Equations {
   /// @brief Solves for the line at a time, held by its supports. @param[in] mass_position Ym [m] @note Collective.
   void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
 
-  /// @brief d' = Yc' - Vm [m/s]. @param[in] mass_velocity Vm [m/s] @note Collective.
-  void evaluate_rate(const Instant& at, std::span<const double> mass_velocity, std::span<double> stretch_rate);
+  /// @brief d(Vm) [m/s]: the rate of the stretch while loads are steady. @param[in] mass_velocity Vm [m/s]
+  /// @note Collective.
+  void evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate);
+
+  /// @brief What changing loads add to it just after time t, until their next kink.
+  /// @note Collective; one line solve between two kinks.
+  [[nodiscard]] const LoadRate& load_rate(double time);
 
   /// @brief Yc - Ym of the line [m], one value per local node: the stretch, less what corrected modes put into the
   /// pull.
@@ -76,6 +88,8 @@ class Equations {
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
   std::vector<double> work_;          // loads, if they must be added up
+  LoadRate load_rate_;
+  std::size_t load_interval_ = 0;  // of `load_rate_`
 };
 
 }  // namespace udar

@@ -48,6 +48,7 @@ class LocatedSteps final : public Stepper {
     double time = 0.0;   // on the dense output [s]
     double slope = 0.0;  // of the stretch at a release [m/s]
     bool opens = false;  // a closed gap
+    double met = 0.0;    // as the last repeated step corrected its time [s]
   };
   /// How a mass stands to a support that is not rigid.
   struct Hold {
@@ -64,6 +65,7 @@ class LocatedSteps final : public Stepper {
   void right_hand_side(double time, Vec state, Vec rate);
   void load_end(double time);
   double survey(double length);
+  void add_candidate(Candidate candidate);
   void survey(const ContactRun& run, std::size_t node, double length);
   double hit(double event_time, double step_end);
   [[nodiscard]] double corrected_time(const Candidate& candidate, double time) const;
@@ -82,6 +84,13 @@ class LocatedSteps final : public Stepper {
   }
   /// Gap of a mass and its rates.
   [[nodiscard]] Kinematics gap(const ContactRun& run, const Kinematics& mass, std::size_t node, double time) const;
+  [[nodiscard]] bool is_due(const Candidate& candidate) const {
+    return candidate.met <= end_.time + 2.0 * time_resolution(end_.time);
+  }
+  /// d' by loads alone over the step at hand [m/s].
+  [[nodiscard]] double load_rate(std::size_t node) const { return load_rate_.empty() ? 0.0 : load_rate_[node]; }
+  [[nodiscard]] double damper_rate(std::size_t node, double theta) const;
+  [[nodiscard]] double resting_stretch(std::size_t node, double theta) const;
   /// Stretch of the line over the step, where the structure is damped.
   [[nodiscard]] StepPolynomial stretch_polynomial(std::size_t node) const;
   [[nodiscard]] double stretch(const ContactRun& run, std::size_t node, double theta) const;
@@ -118,8 +127,9 @@ class LocatedSteps final : public Stepper {
   LineState start_;
   LineState end_;
   LineState last_;                  // of the last right-hand side
-  std::vector<double> start_rate_;  // d' [m/s], kept only while a mass rests
+  std::vector<double> start_rate_;  // d(Vm) [m/s], kept only while a mass rests or the structure is damped
   std::vector<double> end_rate_;
+  std::span<const double> load_rate_;  // what changing loads add to both
   bool start_rate_valid_ = false;
   const double* start_values_ = nullptr;  // of start_state_ and state_
   const double* end_values_ = nullptr;
@@ -127,7 +137,7 @@ class LocatedSteps final : public Stepper {
   bool event_ = false;
   bool plain_ = true;  // all supports are rigid and at rest, and nothing is damped
   Damping damping_;
-  std::vector<double> stage_rate_;  // d' [m/s] at the stage at hand
+  std::vector<double> stage_rate_;  // d(Vm) [m/s] at the stage at hand
   std::vector<double> start_bend_;  // d'' [m/s^2] at both ends, kept where the structure is damped
   std::vector<double> end_bend_;
   std::vector<std::vector<Hold>> holds_;  // by run that is not rigid, then node

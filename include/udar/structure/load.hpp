@@ -56,6 +56,8 @@ class Loads {
   };
   /// The time-dependent loads on this rank.
   [[nodiscard]] const std::vector<LocalLoad>& local() const noexcept { return local_; }
+  /// How many kinks are not after time t: between two of them all rates are constant.
+  [[nodiscard]] std::size_t interval(double time) const;
   /// Whether any load of the whole structure changes in time.
   [[nodiscard]] bool time_dependent() const noexcept { return time_dependent_; }
   /// Whether some force of the whole structure jumps at this time [s].
