@@ -385,9 +385,8 @@ void read_initial(MPI_Comm comm, Case& input) {
              "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda; for -ts_type "
              "impact and rk");
   group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
-             "beta of Rayleigh damping: a force beta wf^2 M (Yc' - Ym'); ratio beta lambda / 2 of a mode lambda; the "
-             "same, with "
-             "-contact_surface mass");
+             "beta of Rayleigh damping: a force beta wf^2 M d(Ym'), d(Ym') the stretch that these velocities alone "
+             "give the line; ratio beta lambda / 2 of a mode lambda; the same, with -contact_surface mass");
   if (!shape.empty()) {
     const io::Table table =
         io::read_table(comm, "-initial_shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});

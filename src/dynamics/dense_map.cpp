@@ -22,24 +22,31 @@ constexpr std::uint64_t kMagnitude = 0x7fff'ffff'ffff'ffff;
 constexpr std::uint64_t kInfinite = 0x7ff0'0000'0000'0000;
 
 // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
-template <std::size_t Terms, bool Predict>
+template <std::size_t Terms, bool Predict, bool Damped>
 [[gnu::always_inline]] inline void map_block(const Rows& rows, std::size_t count, const DenseMap& all, double step,
                                              Largest& largest) {
   double start[Terms];
   double weight[Terms][Terms];
-  double gain[Terms][Terms];
+  constexpr std::size_t unknowns = Terms + (Damped ? 1 : 0);
+  double gain[unknowns][unknowns];
   double place_of[Terms];
   double speed_of[Terms];
-  double* __restrict moment[Terms];
+  double* __restrict moment[unknowns];
   double* __restrict line[Terms];
+  const double* __restrict drive[Terms];
   for (std::size_t j = 0; j < Terms; ++j) {
     start[j] = all.start[j] * step;
     place_of[j] = all.place[j];
     speed_of[j] = all.speed[j] / step;
-    moment[j] = rows.moment[j];
     line[j] = rows.line[j];
+    drive[j] = rows.drive[j];
     for (std::size_t k = 0; k < Terms; ++k) {
       weight[j][k] = all.line[j][k];
+    }
+  }
+  for (std::size_t j = 0; j < unknowns; ++j) {
+    moment[j] = rows.moment[j];
+    for (std::size_t k = 0; k < unknowns; ++k) {
       gain[j][k] = all.gain[j][k];
     }
   }
@@ -54,6 +61,7 @@ template <std::size_t Terms, bool Predict>
   double* __restrict places = rows.place;
   double* __restrict speeds = rows.speed;
   double change = 0.0;
+  double rate = 0.0;
   double last = 0.0;
   double before = 0.0;
   std::uint64_t bits = 0;
@@ -62,14 +70,18 @@ template <std::size_t Terms, bool Predict>
     const double velocity = velocities[i];
     const double base = positions[i] - axis[i];
     double p[Terms];
-    double u[Terms];
-    double r[Terms];
+    double u[unknowns];
+    std::array<double, unknowns> r;
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < unknowns; ++j) {
+      u[j] = moment[j][i] - (j == 0 ? base : 0.0);
+    }
 #pragma GCC unroll 8
     for (std::size_t j = 0; j < Terms; ++j) {
-      u[j] = moment[j][i] - (j == 0 ? base : 0.0);
-      p[j] = line[j][i];
-      if (!Predict) {
-        p[j] += u[j] + (j == 0 ? steady0[i] : j == 1 ? steady1[i] : 0.0);
+      if (Predict || Damped) {
+        p[j] = drive[j][i];
+      } else {
+        p[j] = line[j][i] + u[j] + (j == 0 ? steady0[i] : j == 1 ? steady1[i] : 0.0);
         line[j][i] = p[j];
       }
     }
@@ -85,15 +97,27 @@ template <std::size_t Terms, bool Predict>
     double speed = speed_of_start * velocity;
 #pragma GCC unroll 8
     for (std::size_t j = 0; j < Terms; ++j) {
+      place += place_of[j] * p[j];
+      speed += speed_of[j] * p[j];
+    }
+    if (Damped) {
+      r[unknowns - 1] = place - (Predict ? 0.0 : u[unknowns - 1]);
+    }
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < unknowns; ++j) {
       double next = Predict ? r[j] : u[j];
 #pragma GCC unroll 8
-      for (std::size_t k = 0; k < Terms; ++k) {
+      for (std::size_t k = 0; k < unknowns; ++k) {
         next += Predict ? 0.0 : gain[j][k] * r[k];
       }
       moment[j][i] = next + (j == 0 ? base : 0.0);
-      place += place_of[j] * p[j];
-      speed += speed_of[j] * p[j];
       change = std::max(change, free[i] * std::abs(r[j]));
+    }
+    if (Damped) {
+#pragma GCC unroll 8
+      for (std::size_t j = 0; j < Terms; ++j) {
+        rate = std::max(rate, free[i] * std::abs(rate_term(j, r, r[unknowns - 1])));
+      }
     }
     last = std::max(last, std::abs(p[Terms - 1]));
     before = std::max(before, std::abs(p[Terms - 2]));
@@ -106,12 +130,13 @@ template <std::size_t Terms, bool Predict>
     }
   }
   largest.change = std::max(largest.change, change);
+  largest.rate = std::max(largest.rate, rate);
   largest.last = std::max(largest.last, last);
   largest.before = std::max(largest.before, before);
   largest.finite = largest.finite && bits < kInfinite;
 }
 
-template <std::size_t Terms, bool Predict>
+template <std::size_t Terms, bool Given>
 [[gnu::always_inline]] inline void bound_block(const Rows& rows, std::size_t count, const Reach& reach, double step,
                                                const Bounds& bounds) {
   const double* __restrict moment[Terms];
@@ -124,7 +149,7 @@ template <std::size_t Terms, bool Predict>
   }
   for (std::size_t j = 0; j < Terms; ++j) {
     moment[j] = rows.moment[j];
-    line[j] = rows.line[j];
+    line[j] = Given ? rows.drive[j] : rows.line[j];
     rest_of_line[j] = reach.rest_of_line[j];
     for (std::size_t b = 0; b < kBounds; ++b) {
       of_line[j][b] = reach.line[j][b];
@@ -149,7 +174,7 @@ template <std::size_t Terms, bool Predict>
 #pragma GCC unroll 8
     for (std::size_t j = 0; j < Terms; ++j) {
       p[j] = line[j][i];
-      if (!Predict) {
+      if (!Given) {
         p[j] += moment[j][i] - (j == 0 ? positions[i] - axis[i] : 0.0) +
                 (j == 0   ? steady0[i]
                  : j == 1 ? steady1[i]
@@ -258,8 +283,12 @@ UDAR_CLONES
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
                 Largest& largest) {
   with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
-    return predict ? map_block<Terms, true>(rows, count, map, step, largest)
-                   : map_block<Terms, false>(rows, count, map, step, largest);
+    if (rows.damped) {
+      return predict ? map_block<Terms, true, true>(rows, count, map, step, largest)
+                     : map_block<Terms, false, true>(rows, count, map, step, largest);
+    }
+    return predict ? map_block<Terms, true, false>(rows, count, map, step, largest)
+                   : map_block<Terms, false, false>(rows, count, map, step, largest);
   });
 }
 
@@ -267,8 +296,8 @@ UDAR_CLONES
 void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
                   const Bounds& bounds) {
   with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
-    return predict ? bound_block<Terms, true>(rows, count, reach, step, bounds)
-                   : bound_block<Terms, false>(rows, count, reach, step, bounds);
+    return predict || rows.damped ? bound_block<Terms, true>(rows, count, reach, step, bounds)
+                                  : bound_block<Terms, false>(rows, count, reach, step, bounds);
   });
 }
 

@@ -29,6 +29,8 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // An energy balance that is off by half of the largest energy seen belongs to an unstable integration.
 constexpr double kUnstable = 0.5;
+// Rounding, and what sweeps leave of an error: dampers that give more energy than this share of the largest are wrong.
+constexpr double kDamperRounding = 1e-9;
 // More events than this without progress in time would never end.
 constexpr PetscInt kMostEventsAtOnce = 10000;
 // Nor would a run in steps this short, in units of the shortest time in which masses move: the tightest tolerance that
@@ -81,6 +83,7 @@ ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> suppor
   const MassState masses = initial_masses(beam, initial);
   refuse_absurd(masses, initial);
   refuse_overlap(masses);
+  contact_.measure(problem_.scale.length);
   kinks_ = equations_->loads().kinks();
   flows_ = equations_->damping().any();
   for (const Support& support : contact_.supports()) {
@@ -461,6 +464,7 @@ void ImpactDynamics::snapshot(double time, double until) {
   now.lost_in_dampers = contact_.counts().damped + sums[3];
   now.support_springs += sums[4];
   now.initial = ledger_.initial;
+  const double taken = now.lost_in_dampers - ledger_.lost_in_dampers;
   now.initial_potential = ledger_.initial_potential;
   now.scale = std::max({ledger_.scale, now.scale, now.turned_over(), tolerated_energy()});
   if (!std::isfinite(now.drift())) {
@@ -473,6 +477,10 @@ void ImpactDynamics::snapshot(double time, double until) {
     throw SolveError{"the integration is unstable: the energy balance is off by " + std::to_string(now.drift()) +
                      " of the energy at t = " + std::to_string(time) +
                      " s; steps must stay below about 1 / -filter_frequency (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
+  }
+  if (!(taken >= -std::max(kDamperRounding, step_tolerance(ts_, problem_.scale)) * now.scale)) {
+    throw SolveError{"dampers have given " + std::to_string(-taken) + " J before t = " + std::to_string(time) +
+                     " s, where they can but take; shorten the steps (see -ts_dt, -ts_rtol)"};
   }
   shown_line_.stretch = equations_->line_stretch(shown_line_);
   for (std::size_t i = 0; i < count_; ++i) {

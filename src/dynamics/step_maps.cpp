@@ -26,10 +26,8 @@ void bound_series(const StepScale& scale, const std::array<double, kMostTerms>& 
   std::array<double, local::kMostPowers> series{};
   series[1] = velocity;
   for (std::size_t k = 0; k + 2 < series.size(); ++k) {
-    const double rate = k + 1 < kMostTerms ? line[k + 1] : 0.0;
-    const double pull =
-        scale.angle * scale.angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) +
-        static_cast<double>(k + 1) * (scale.line_drag * rate - (scale.drag + scale.line_drag) * series[k + 1]);
+    const double pull = scale.angle * scale.angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) -
+                        static_cast<double>(k + 1) * scale.drag * series[k + 1];
     series[k + 2] = pull / static_cast<double>((k + 1) * (k + 2));
   }
   rest = 0.0;
@@ -48,9 +46,8 @@ DenseMap dense_map(const StepScale& scale, std::size_t terms, double until) {
   local::Problem problem;
   problem.angle = scale.angle;
   problem.drag = scale.drag;
-  problem.line_drag = scale.line_drag;
   problem.terms = terms;
-  problem.powers = local::powers_for(scale.angle + scale.drag + scale.line_drag);
+  problem.powers = local::powers_for(scale.angle + scale.drag);
   problem.until = until;
   problem.velocity = 1.0;
   local::Outcome outcome = local::advance(problem);
@@ -70,26 +67,63 @@ DenseMap dense_map(const StepScale& scale, std::size_t terms, double until) {
   return map;
 }
 
-Square sweep_gain(const Square& line, double share, std::size_t terms) {
-  Square gain{};
-  Square power{};
-  for (std::size_t i = 0; i < terms; ++i) {
-    gain[i][i] = 1.0;
-    power[i][i] = 1.0;
-  }
-  for (int order = 0; order < 60; ++order) {
-    Square next{};
-    for (std::size_t i = 0; i < terms; ++i) {
-      for (std::size_t j = 0; j < terms; ++j) {
-        for (std::size_t k = 0; k < terms; ++k) {
-          next[i][j] += share * line[i][k] * power[k][j];
+void set_gain(DenseMap& map, const StepScale& scale, std::size_t terms, const LineAnswer& answer) {
+  const std::size_t unknowns = terms + (scale.damping != 0.0 ? 1 : 0);
+  const auto product = [unknowns](const Gain& a, const Gain& b) {
+    Gain c{};
+    for (std::size_t i = 0; i < unknowns; ++i) {
+      for (std::size_t j = 0; j < unknowns; ++j) {
+        for (std::size_t k = 0; k < unknowns; ++k) {
+          c[i][j] += a[i][k] * b[k][j];
         }
-        gain[i][j] += next[i][j];
       }
     }
-    power = next;
+    return c;
+  };
+  Gain w{};  // drive by unknowns, then unknowns by drive
+  for (std::size_t k = 0; k < unknowns; ++k) {
+    std::array<double, kMostUnknowns> one{};
+    one[k] = 1.0;
+    for (std::size_t j = 0; j < terms; ++j) {
+      const double drive = one[j] + (unknowns > terms ? scale.damping * rate_term(j, one, one[terms]) : 0.0);
+      for (std::size_t i = 0; i < unknowns; ++i) {
+        w[i][k] += (i < terms ? map.line[i][j] : map.place[j]) * drive;
+      }
+    }
   }
-  return gain;
+  Gain power = w;
+  map.gain = {};
+  for (std::size_t i = 0; i < unknowns; ++i) {
+    map.gain[i][i] = 1.0;
+    for (double& value : power[i]) {
+      value *= answer.share;
+    }
+  }
+  constexpr int kDoublings = 12;  // of Neumann's series, as (1 + X)(1 + X^2)(1 + X^4)...
+  for (int k = 0; k < kDoublings; ++k) {
+    const Gain more = product(map.gain, power);
+    for (std::size_t i = 0; i < unknowns; ++i) {
+      for (std::size_t j = 0; j < unknowns; ++j) {
+        map.gain[i][j] += more[i][j];
+      }
+    }
+    power = product(power, power);
+  }
+  // Spectral radius by the norm of a power.
+  constexpr int kSquarings = 4;
+  Gain left = product(w, map.gain);
+  for (int k = 0; k < kSquarings; ++k) {
+    left = product(left, left);
+  }
+  double norm = 0.0;
+  for (const auto& row : left) {
+    double sum = 0.0;
+    for (const double value : row) {
+      sum += std::abs(value);
+    }
+    norm = std::max(norm, sum);
+  }
+  map.contraction = std::max(1.0 - answer.share, answer.share - answer.least) * std::pow(norm, 1.0 / (1 << kSquarings));
 }
 
 Reach reach_of(const StepScale& scale, std::size_t terms) {
@@ -148,12 +182,31 @@ double kink_miss(std::size_t terms, double at) {
   return std::abs(miss);
 }
 
-double kink_integral(std::size_t terms) {
+double jump_miss(std::size_t terms, double at) {
+  const double left = 1.0 - at;
+  const std::array<double, 1> one{1.0};
+  std::array<double, kMostTerms> of_one{};
+  local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
+  double miss = left;
+  for (std::size_t j = 0; j < terms; ++j) {
+    miss -= of_one[j] * of_one[j] / static_cast<double>(2 * j + 1);
+  }
+  return std::abs(miss);
+}
+
+namespace {
+
+double largest_of(double (&miss)(std::size_t, double), std::size_t terms) {
   double largest = 0.0;
   for (int k = 1; k < 100; ++k) {
-    largest = std::max(largest, kink_miss(terms, 0.01 * k));
+    largest = std::max(largest, miss(terms, 0.01 * k));
   }
   return largest;
 }
+
+}  // namespace
+
+double kink_integral(std::size_t terms) { return largest_of(kink_miss, terms); }
+double jump_integral(std::size_t terms) { return largest_of(jump_miss, terms); }
 
 }  // namespace udar

@@ -95,10 +95,10 @@ TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
   const std::size_t node = mass.node;
   Meeting meeting;
   meeting.problem = {.angle = sweep_->angle(), .terms = sweep_->terms, .powers = sweep_->powers()};
-  meeting.problem.drag = sweep_->drag * sweep_->step;
-  meeting.problem.line_drag = sweep_->line_drag() * sweep_->step;
   local::Problem& problem = meeting.problem;
-  problem.line = sweep_->line_powers(node);
+  problem.drag = sweep_->scale().drag;
+  problem.line = sweep_->drive_powers(node);
+  problem.turn = sweep_->turn_powers(node);
   problem.velocity = sweep_->start[sweep_->count + node] * sweep_->step;
   problem.hop_tolerance = contact_->parameters().hop_tolerance;
   for (const std::size_t of_block : runs_at(node)) {
@@ -127,6 +127,7 @@ TouchingMasses::Meeting TouchingMasses::meeting_of(const Touching& mass) const {
       problem.resting = static_cast<int>(index);
     }
     problem.together = std::max(problem.together, contact_->together(sweep_->start[node], run.height(node)));
+    problem.pull_resolution = std::max(problem.pull_resolution, contact_->pull_resolution(run.height(node) + lift[0]));
   }
   return meeting;
 }
@@ -174,11 +175,10 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
           continue;
         }
         // Most resting masses are pressed down all along the step: nothing to compute.
-        if (run.plain() && sweep_->line_damping == 0.0 &&
-            run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
+        if (run.plain() && run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
           free_[i] = 0.0;
           pressed_.push_back({.run = &run, .node = node});
-          for (std::size_t j = 0; j < sweep_->terms && !sweep_->predict; ++j) {
+          for (std::size_t j = 0; j < sweep_->unknowns() && !sweep_->predict; ++j) {
             largest.change = std::max(largest.change, std::abs(sweep_->moment(j, node)));
           }
           continue;
@@ -187,7 +187,7 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
       free_[i] = 0.0;
       touching_.push_back({.node = static_cast<std::uint32_t>(node), .resting = contact_->resting_supports()[node]});
       Moments& before = block_moments_[listed_++];
-      for (std::size_t j = 0; j < sweep_->terms; ++j) {
+      for (std::size_t j = 0; j < sweep_->unknowns(); ++j) {
         before[j] = sweep_->moment(j, node);
       }
     }
@@ -213,7 +213,7 @@ std::size_t TouchingMasses::next_near(std::size_t i, std::size_t count) const {
 }
 
 void TouchingMasses::hold(const Pressed& mass) {
-  for (std::size_t j = 0; j < sweep_->terms; ++j) {
+  for (std::size_t j = 0; j < sweep_->unknowns(); ++j) {
     sweep_->set_moment(j, mass.node, 0.0);
   }
   sweep_->end[mass.node] = mass.run->height(mass.node);
@@ -230,7 +230,7 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
   const std::size_t node = mass.node;
   double sum = 0.0;
   for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    sum += sweep_->line_rows[j][node];
+    sum += sweep_->drive(j)[node];
   }
   largest.finite = largest.finite && std::isfinite(sum);  // a mass at rest would not show it
   const ContactRun* only = nullptr;
@@ -249,7 +249,7 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Lar
     return move_alone(mass, before, largest);
   }
   for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    batch_.line[j][waiting_] = sweep_->line_rows[j][node];
+    batch_.line[j][waiting_] = sweep_->drive(j)[node];
   }
   batch_.velocity[waiting_] = sweep_->start[sweep_->count + node] * sweep_->step;
   batch_.at[waiting_] = only->height(node) - sweep_->start[node];
@@ -308,14 +308,22 @@ const ContactRun& TouchingMasses::run_of(const Touching& mass) const {
 void TouchingMasses::take(const Touching& mass, const Moments& before, const local::Outcome& outcome,
                           const ContactRun* rests, Largest& largest) {
   const std::size_t node = mass.node;
-  std::array<double, kMostTerms> residual{};
-  for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    residual[j] = outcome.moments[j] - before[j];
+  const std::size_t terms = sweep_->terms;
+  const std::size_t unknowns = sweep_->unknowns();
+  Moments found{};
+  std::ranges::copy(outcome.moments, found.begin());
+  found[terms] = outcome.displacement;
+  Moments residual{};
+  for (std::size_t j = 0; j < unknowns; ++j) {
+    residual[j] = found[j] - before[j];
     largest.change = std::max(largest.change, std::abs(residual[j]));
   }
-  for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    double next = sweep_->predict ? outcome.moments[j] : before[j];
-    for (std::size_t k = 0; k < sweep_->terms && !sweep_->predict; ++k) {
+  for (std::size_t j = 0; j < terms && unknowns > terms; ++j) {
+    largest.rate = std::max(largest.rate, std::abs(rate_term(j, residual, residual[terms])));
+  }
+  for (std::size_t j = 0; j < unknowns; ++j) {
+    double next = sweep_->predict ? found[j] : before[j];
+    for (std::size_t k = 0; k < unknowns && !sweep_->predict; ++k) {
       next += sweep_->map.gain[j][k] * residual[k];
     }
     sweep_->set_moment(j, node, next);
@@ -364,7 +372,7 @@ void TouchingMasses::write_journal() {
     void touched(double from, double until) const { self->contact_->touch(node, at(from), at(until)); }
   };
   for (const auto& [run, node] : pressed_) {
-    const double stretch = sweep_->line_rows[0][node] + sweep_->start[node] - run->height(node);  // its mean
+    const double stretch = sweep_->drive(0)[node] + sweep_->start[node] - run->height(node);  // its mean
     press(*run, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
   }
   contact_->expect(touching_.size());

@@ -23,19 +23,20 @@ namespace {
 using local::kMostTerms;
 using petsc::ReadArray;
 
-// The line's answer to a change of the masses, in units of that change: near 1 for low modes, which dominate, near 0
-// for high ones. The sweep is exact for this share of it.
-constexpr double kLineShare = 0.8;
-// Sweeps are over when what they still change is this share of the tolerance.
+// Sweeps are over when all that further ones could still change is this share of the tolerance.
 constexpr double kSettled = 0.05;
 constexpr int kMostSweeps = 12;
 // The last bits of places, some three of them in what a solve makes of them, must stay below that share of this.
 constexpr double kLastBits = 64.0 * std::numeric_limits<double>::epsilon();
-// A sweep that gains less than this after some has met masses whose impacts come and go: a shorter step settles.
-constexpr double kLeastGain = 0.9;
+// After some sweeps, those that would not settle by then have met masses whose impacts come and go, or are too long.
 constexpr int kPatience = 4;
 // A step that sweeps slowly is too long.
 constexpr double kLongestAngle = 1.5;
+// Nor is one taken whose sweeps are known to gain less than this: two shorter ones cost less.
+constexpr double kSlowest = 0.5;
+// The integral of a Legendre polynomial over a part of the step, at most: what a neglected term of the drive does to a
+// speed within the step. At the end little is left of that, but what dampers take is summed up on the way.
+constexpr double kWithin = 0.1;
 // A failed step is cut at an impact that holds this share of all momentum exchanged in it.
 constexpr double kHeavy = 0.3;
 // ... unless it already lies at a border of the step.
@@ -68,6 +69,9 @@ class Impact final : public ProblemStepper {
       for (std::size_t j = 2; j < sweep_.terms; ++j) {
         sweep_.line_rows[j][i] = 0.0;
       }
+      for (std::size_t j = 0; j < sweep_.terms && damps_by_rate(); ++j) {
+        sweep_.rate_rows[j][i] = j == 0 && !contact_->resting(i) ? now.values()[count_ + i] : 0.0;
+      }
     }
     from_end_ = true;
     ProblemStepper::begin_step();
@@ -89,6 +93,9 @@ class Impact final : public ProblemStepper {
   bool advance() override {
     double step = enter_step(longest_);
     note_scale();
+    if (damps_by_rate()) {
+      solve_start();
+    }
     bool accepted = false;
     double next = step;
     for (int attempt = 0; !accepted; ++attempt) {
@@ -147,7 +154,7 @@ class Impact final : public ProblemStepper {
       return 0.0;
     }
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
-    const auto powers = sweep_.line_powers(node);
+    const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.line_rows[j][node]; });
     double sum = 0.0;
     for (std::size_t k = sweep_.terms; k-- > 0;) {
       sum = sum * tau + powers[k] / static_cast<double>(k + 1);
@@ -189,7 +196,9 @@ class Impact final : public ProblemStepper {
     }
     // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
     // predict: the line twice, moments written. A step: the state copied, its size, the line counted anew.
-    const double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 11.0 * own_steps_);
+    double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 11.0 * own_steps_);
+    // The line's rate by moments, stretches and both ends, and the drive by it and the line.
+    per_node += damps_by_rate() ? 8.0 * ((8.0 * m + 3.0) * sweeps_ + 6.0 * m * attempts_ + 3.0 * own_steps_) : 0.0;
     // Who rests, and the line's distance at the end.
     const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
@@ -197,6 +206,9 @@ class Impact final : public ProblemStepper {
   void save(MotionState& state) const override {
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
       state.fields["line_" + std::to_string(j)] = sweep_.line_rows[j];
+      if (damps_by_rate()) {
+        state.fields["line_rate_" + std::to_string(j)] = sweep_.rate_rows[j];
+      }
     }
     state.scalars["line_step"] = polynomial_step_;
     state.scalars["next_step"] = next_step_;
@@ -206,6 +218,9 @@ class Impact final : public ProblemStepper {
   void restore(const MotionState& state) override {
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
       sweep_.line_rows[j] = state.field("line_" + std::to_string(j), count_);
+      if (damps_by_rate()) {
+        sweep_.rate_rows[j] = state.field("line_rate_" + std::to_string(j), count_);
+      }
     }
     polynomial_step_ = state.scalar("line_step");
     next_step_ = state.scalar("next_step");
@@ -218,6 +233,9 @@ class Impact final : public ProblemStepper {
   static constexpr double kTolerance = 1e-7;
   static constexpr int kMostAttempts = 100;
 
+  /// Whether the line's rate drives the masses.
+  [[nodiscard]] bool damps_by_rate() const { return sweep_.line_damping != 0.0; }
+
   void prepare() override {
     TSAdapt adapt = nullptr;
     double least = 0.0;
@@ -229,14 +247,27 @@ class Impact final : public ProblemStepper {
     }
     sweep_.terms = static_cast<std::size_t>(moments_);
     kink_integral_ = kink_integral(sweep_.terms);
+    jump_integral_ = jump_integral(sweep_.terms);
     sweep_.drag = equations_->damping().mass;
     sweep_.line_damping = equations_->damping().stiffness;
     sweep_.frequency = wf_;
     longest_ = std::min(most, kLongestAngle / (highest_ + sweep_.drag + sweep_.line_drag()));
-    for (std::size_t j = 0; j < sweep_.terms; ++j) {
-      sweep_.moment_rows[j].assign(count_, 0.0);
-      sweep_.line_rows[j].assign(count_, 0.0);
+    // An answer below zero: a corrected mode above wf.
+    line_answer_.least = std::min(0.0, 1.0 - highest_ * highest_ / (wf_ * wf_));
+    for (set_maps(longest_); sweep_.map.contraction > kSlowest; set_maps(longest_)) {
+      constexpr double kShorter = 0.9;
+      longest_ *= kShorter;
     }
+    for (std::size_t j = 0; j < sweep_.unknowns(); ++j) {
+      sweep_.moment_rows[j].assign(count_, 0.0);
+    }
+    for (std::size_t j = 0; j < sweep_.terms; ++j) {
+      sweep_.line_rows[j].assign(count_, 0.0);
+      sweep_.rate_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+      sweep_.drive_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+    }
+    sweep_.start_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
+    sweep_.end_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
     sweep_.steady[0].assign(count_, 0.0);
     sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
     sweep_.corrected = equations_->line().corrected_modes();
@@ -258,13 +289,13 @@ class Impact final : public ProblemStepper {
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     const double tau = elapsed / length_;
-    const DenseMap map = dense_map(scale_of(length_), sweep_.terms, tau);
+    const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
     for (std::size_t i = 0; i < count_; ++i) {
       double place = map.place_of_start * start_[count_ + i] * length_;
       double speed = map.speed_of_start * start_[count_ + i] * length_;
       for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        place += map.place[j] * sweep_.line_rows[j][i];
-        speed += map.speed[j] * sweep_.line_rows[j][i];
+        place += map.place[j] * sweep_.drive(j)[i];
+        speed += map.speed[j] * sweep_.drive(j)[i];
       }
       position[i] = start_[i] + place;
       velocity[i] = speed / length_;
@@ -273,28 +304,24 @@ class Impact final : public ProblemStepper {
     touching_->at(tau, position, velocity, resting);
   }
 
-  [[nodiscard]] StepScale scale_of(double step) const {
-    return {.angle = wf_ * step, .drag = sweep_.drag * step, .line_drag = sweep_.line_drag() * step};
-  }
-
   /// What damping of the structure took of the masses that touched nothing, up to a share of the step [J].
   [[nodiscard]] double dragged(double until) const {
     double sum = 0.0;
     for (const auto& [at, weight] : local::detail::kGauss) {
       const double tau = at * until;
-      const DenseMap map = dense_map(scale_of(length_), sweep_.terms, tau);
-      std::array<double, kMostTerms> rate{};
+      const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
+      std::array<double, kMostTerms> legendre{};
       for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        rate[j] = local::detail::slope(local::kLegendre[j].data(), sweep_.terms, tau) / length_;
+        legendre[j] = local::detail::value(local::kLegendre[j].data(), sweep_.terms, tau);
       }
       const auto taken = [&](std::size_t i) {
         double speed = map.speed_of_start * start_[count_ + i];
-        double line = 0.0;
+        double rate = 0.0;
         for (std::size_t j = 0; j < sweep_.terms; ++j) {
-          speed += map.speed[j] / length_ * sweep_.line_rows[j][i];
-          line += rate[j] * sweep_.line_rows[j][i];
+          speed += map.speed[j] / length_ * sweep_.drive(j)[i];
+          rate += damps_by_rate() ? legendre[j] * sweep_.rate_rows[j][i] : 0.0;
         }
-        return sweep_.mass[i] * speed * (sweep_.drag * speed + sweep_.line_drag() * (speed - line));
+        return sweep_.mass[i] * speed * (sweep_.drag * speed + sweep_.line_drag() * (speed - rate));
       };
       double power = 0.0;
       for (std::size_t i = 0; i < count_; ++i) {
@@ -308,12 +335,19 @@ class Impact final : public ProblemStepper {
 
   /// The line's motion over a new step: the polynomial at hand, gone on with or cut.
   void extrapolate(double step) {
-    std::array<double*, kMostTerms> lines{};
-    for (std::size_t j = 0; j < sweep_.terms; ++j) {
-      lines[j] = sweep_.line_rows[j].data();
+    const Square change = legendre_change(sweep_.terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_);
+    const auto go_on = [&](auto& rows) {
+      std::array<double*, kMostTerms> lines{};
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        lines[j] = rows[j].data();
+      }
+      change_basis(sweep_.terms, lines, count_, change);
+    };
+    go_on(sweep_.line_rows);
+    if (damps_by_rate()) {
+      go_on(sweep_.rate_rows);
+      sweep_.find_drive(false);
     }
-    change_basis(sweep_.terms, lines, count_,
-                 legendre_change(sweep_.terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_));
     polynomial_step_ = step;
     from_end_ = false;
   }
@@ -332,26 +366,68 @@ class Impact final : public ProblemStepper {
       steady_amplitude_[mode][0] = line.amplitudes()[mode];
     }
     if (loads.time_dependent()) {
-      line.solve(none, loads.rate(begin_, work_), sweep_.steady[1], {});
+      const LoadRate& rate = equations_->load_rate(begin_);
       for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
-        steady_amplitude_[mode][1] = 0.5 * step * line.amplitudes()[mode];
+        steady_amplitude_[mode][1] = 0.5 * step * rate.amplitude[mode];
         steady_amplitude_[mode][0] += steady_amplitude_[mode][1];
       }
       for (std::size_t i = 0; i < count_; ++i) {
-        sweep_.steady[1][i] *= 0.5 * step;
+        sweep_.steady[1][i] = 0.5 * step * rate.stretch[i];
         sweep_.steady[0][i] += sweep_.steady[1][i];
       }
     }
+  }
+
+  /// What depends on the length of the step alone.
+  void set_maps(double step) {
+    sweep_.step = step;
+    sweep_.map = dense_map(sweep_.scale(), sweep_.terms);
+    set_gain(sweep_.map, sweep_.scale(), sweep_.terms, line_answer_);
+    sweep_.reach = reach_of(sweep_.scale(), sweep_.terms);
+  }
+
+  /// The line for all that a sweep has changed, and what drives the masses next.
+  void solve_line() {
+    std::array<chain::Column, kMostUnknowns> columns;
+    for (std::size_t j = 0; j < sweep_.unknowns(); ++j) {
+      columns[j] = {.displacement = sweep_.moment_rows[j].data(),
+                    .stretch = j < sweep_.terms ? sweep_.line_rows[j].data() : sweep_.end_stretch.data()};
+    }
+    equations_->line().solve({columns.data(), sweep_.unknowns()});
+    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+      sweep_.amplitude[mode] = steady_amplitude_[mode];
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
+      }
+      sweep_.amplitude[mode][0] += damps_by_rate() ? start_amplitude_[mode] : 0.0;
+    }
+    if (damps_by_rate()) {
+      sweep_.find_rates();
+    }
+    if (line_forces_) {
+      const petsc::LogScope contact{petsc::log_events().contact};
+      line_forces_->apply();
+    }
+    if (damps_by_rate()) {
+      sweep_.find_drive(true);
+    }
+  }
+
+  /// The line's answer to the places at the start, from which the moments of damped masses count.
+  void solve_start() {
+    std::vector<double> displacement(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      displacement[i] = start_[i] - sweep_.axis[i];
+    }
+    equations_->line().solve(displacement, {}, sweep_.start_stretch, {});
+    start_amplitude_.assign(equations_->line().amplitudes().begin(), equations_->line().amplitudes().end());
   }
 
   /// Repeats solves and local motion until they agree; false if they do not.
   bool settle(double step) {
     ++attempts_;
     sweep_.begin = begin_;
-    sweep_.step = step;
-    sweep_.map = dense_map(scale_of(step), sweep_.terms);
-    sweep_.map.gain = sweep_gain(sweep_.map.line, kLineShare, sweep_.terms);
-    sweep_.reach = reach_of(scale_of(step), sweep_.terms);
+    set_maps(step);
     if (line_forces_) {
       line_forces_->begin();
     }
@@ -360,21 +436,7 @@ class Impact final : public ProblemStepper {
     move(true);
     double before = std::numeric_limits<double>::infinity();
     for (int sweeps = 1; sweeps <= kMostSweeps; ++sweeps) {
-      std::array<chain::Column, kMostTerms> columns;
-      for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        columns[j] = {.displacement = sweep_.moment_rows[j].data(), .stretch = sweep_.line_rows[j].data()};
-      }
-      equations_->line().solve({columns.data(), sweep_.terms});
-      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
-        sweep_.amplitude[mode] = steady_amplitude_[mode];
-        for (std::size_t j = 0; j < sweep_.terms; ++j) {
-          sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
-        }
-      }
-      if (line_forces_) {
-        const petsc::LogScope contact{petsc::log_events().contact};
-        line_forces_->apply();
-      }
+      solve_line();
       move(false);
       if (line_forces_) {
         line_forces_->tell(tally_);
@@ -385,24 +447,31 @@ class Impact final : public ProblemStepper {
         throw not_finite();
       }
       scale_.grow(tally_.most[Tally::speed], highest_);
-      // The line is known but for its last bits; what pulls the masses by these counts for nothing.
-      const double extent = std::max(tally_.most[Tally::extent], step * tally_.most[Tally::speed]);
-      const double z2 = wf_ * wf_ * step * step;
-      const double length = std::max(tolerance_ * scale_.length, z2 * kLastBits * extent);
-      const double way = std::max(tolerance_ * step * scale_.velocity, z2 * kLastBits * extent);
+      // The line and its rate are known but for their last bits; what pulls the masses by these counts for nothing.
+      const double way_of_step = step * tally_.most[Tally::speed];
+      const double z2 = sweep_.angle() * sweep_.angle();
+      const double rate = sweep_.line_drag() * step;
+      const double bits = kLastBits * (z2 * std::max(tally_.most[Tally::extent], way_of_step) + rate * way_of_step);
+      const double length = std::max(tolerance_ * scale_.length, bits);
+      const double way = std::max(tolerance_ * step * scale_.velocity, bits);
       const auto relative = [&](double place, double speed) { return std::max(place / length, speed / way); };
-      const double change = z2 * tally_.most[Tally::change] * std::max(0.5 / length, 1.0 / way);
+      // What the next sweep could change, and by how much that shrinks from one to the next.
+      const double push = z2 * tally_.most[Tally::change] + rate * tally_.most[Tally::rate];
+      const double change = relative(0.5 * push, push);
+      const double contraction = std::max(sweep_.map.contraction, sweeps > 1 && before > 0.0 ? change / before : 0.0);
+      const double left = contraction < 1.0 ? change / (1.0 - contraction) : std::numeric_limits<double>::infinity();
       const double last = tally_.most[Tally::last_term];
-      const double smooth = relative(std::abs(sweep_.map.place[sweep_.terms - 1]) * last,
-                                     std::abs(sweep_.map.speed[sweep_.terms - 1]) * last);
-      const double kink = z2 * kink_integral_ * tally_.most[Tally::kink];
+      const double within = sweep_.damped() ? kWithin * z2 * last : 0.0;
+      const double smooth = relative(std::max(std::abs(sweep_.map.place[sweep_.terms - 1]) * last, kWithin * within),
+                                     std::max(std::abs(sweep_.map.speed[sweep_.terms - 1]) * last, within));
+      const double kink = (z2 * kink_integral_ + rate * jump_integral_) * tally_.most[Tally::kink];
       // A series that ends before its last two terms has no rate of decay, and no error.
       const double decay = last > 0.0 ? std::min(1.0, last / tally_.most[Tally::term_before]) : 0.0;
       error_ = std::max(smooth * decay, relative(0.5 * kink, kink));
-      if (change <= kSettled) {
+      if (left <= kSettled) {
         return true;
       }
-      if (change > kLeastGain * before && sweeps > kPatience) {
+      if (sweeps > kPatience && left * std::pow(contraction, kMostSweeps - sweeps) > kSettled) {
         return false;
       }
       before = change;
@@ -443,6 +512,7 @@ class Impact final : public ProblemStepper {
     most[Tally::speed] = speed_;
     most[Tally::extent] = extent_;
     most[Tally::change] = largest.change;
+    most[Tally::rate] = largest.rate;
     most[Tally::last_term] = largest.last;
     most[Tally::term_before] = largest.before;
     most[Tally::broken] += largest.finite ? 0.0 : 1.0;
@@ -467,10 +537,13 @@ class Impact final : public ProblemStepper {
   std::optional<LineForces> line_forces_;
   bool steady_known_ = false;
   std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
+  std::vector<double> start_amplitude_;                           // of `Sweep::start_stretch`
   std::vector<double> work_;
   double kink_integral_ = 0.0;
   double speed_ = 0.0;   // largest of this rank at the start of the step [m/s]
   double extent_ = 0.0;  // the same of the distance from the axis [m]
+  double jump_integral_ = 0.0;
+  LineAnswer line_answer_;
   Tally tally_;
   TallyReduction reduce_;
   double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]

@@ -359,6 +359,31 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
   }
 }
 
+/// A beam that flies flat against two points without gravity: at the impact nothing pulls or presses their masses,
+/// which rest all the same until the beam swings back. The way there only takes time.
+TEST_P(Motion, PlasticFlightWithoutGravityRestsAndLeaves) {
+  const test::Option end{"-ts_max_time", "0.5"};
+  double held = 0.0;
+  for (const double height : {0.05, 0.15, 0.2, 0.3, 0.33}) {
+    test::Fall fall{test::steel_beam(20),
+                    100.0,
+                    0.0,
+                    {.height = height, .velocity = -1.0},
+                    {{.position = 2.0, .restitution = 0.0}, {.position = 8.0, .restitution = 0.0}}};
+    test::Recorder record;
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    EXPECT_EQ(fall.dynamics.counts().impacts, 2) << height;
+    EXPECT_EQ(fall.dynamics.counts().rests, 2) << height;
+    EXPECT_EQ(fall.dynamics.counts().releases, 2) << height;
+    for (const RestRecord& rest : record.rests) {
+      EXPECT_NEAR(rest.time, height + (rest.release ? 0.1008174807 : 0.0), within(1e-9)) << height;
+      held = rest.release ? rest.time - height : held;
+    }
+  }
+  EXPECT_GT(held, test::world_size() > 1 ? -1.0 : 0.1);
+}
+
 /// A load that grows and stays on a free beam: momentum and work follow from the table.
 TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   const test::Option end{"-ts_max_time", "0.5"};

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/dense.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
 
@@ -409,20 +411,121 @@ TEST_P(OnSupports, DampedModeDecaysInClosedForm) {
   }
 }
 
+/// A damper never gives energy: not by the rate of a load, nor by what an integrator makes of it.
+void expect_losses_alone(const test::Recorder& record) {
+  for (std::size_t k = 1; k < record.energies.size(); ++k) {
+    EXPECT_GE(record.energies[k].lost_in_dampers, record.energies[k - 1].lost_in_dampers) << record.times[k];
+  }
+}
+
+/// Two masses on springs under a force that jumps within 0.1 ms: m q'' + beta lambda^2 m q' + lambda^2 m q = gamma F.
+TEST_P(OnSupports, StepLoadOnADampedOscillatorFollowsTheClosedForm) {
+  if (test::world_size() > 1) {
+    GTEST_SKIP() << "one element cannot be dealt to several ranks";
+  }
+  const test::Option end{"-ts_max_time", "0.6"};
+  const double wf = 300.0;
+  const double w = 10.0;  // of 50 kg on 5000 N/m
+  const double gamma = wf * wf / (wf * wf + w * w);
+  const double ramp = 1e-4;
+  BeamParameters beam;
+  beam.segments.push_back({.length = 1.0, .elements = 1, .bending_stiffness = 1e7, .mass_per_length = 100.0});
+  beam.left = {.translational_stiffness = 5e3, .rotational_stiffness = 0.0};
+  beam.right = beam.left;
+  std::vector<NodalLoad> loads;
+  for (const double x : {0.0, 1.0}) {
+    loads.push_back({.position = x, .time = {0.0, ramp, 10.0}, .force = {0.0, 50.0, 50.0}});
+  }
+  for (const double stiffness : {0.02, 0.06}) {
+    test::Fall fall{beam, wf, 0.0, {.height = 0.0}, {}, {}, loads, {.stiffness = stiffness}};
+    test::Recorder record{0.01};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    const double decay = 0.5 * stiffness * gamma * w * w;
+    const double turn = std::sqrt(gamma * w * w - decay * decay);
+    // Of a force per mass that grows by 1 m/s^2 a second.
+    const auto ramped = [&](double t) {
+      const double square = gamma * w * w;
+      return t <= 0.0 ? 0.0
+                      : gamma / square *
+                            (t - 2.0 * decay / square +
+                             std::exp(-decay * t) * (2.0 * decay / square * std::cos(turn * t) +
+                                                     (2.0 * decay * decay / square - 1.0) / turn * std::sin(turn * t)));
+    };
+    double peak = 0.0;
+    for (std::size_t k = 0; k < record.times.size(); ++k) {
+      const double t = record.times[k];
+      const double expected = (ramped(t) - ramped(t - ramp)) / ramp;
+      peak = std::max(peak, expected);
+      for (const double y : record.positions[k]) {
+        EXPECT_NEAR(y, expected, 0.02 * within(1e-8)) << "beta " << stiffness << ", t " << t;
+      }
+    }
+    EXPECT_GT(peak, 0.01);
+    EXPECT_GT(record.energies.back().lost_in_dampers, 0.1);
+    expect_losses_alone(record);
+  }
+}
+
+/// Free decay of a cantilever, every mode by itself, with dampers up to 31 times as fast as the filter.
+TEST(StrongDamping, IsTheSumOfDampedModes) {
+  if (test::world_size() > 1) {
+    GTEST_SKIP() << "the modes are those of one rank";
+  }
+  const test::Option type{"-ts_type", "impact"};
+  const test::Option end{"-ts_max_time", "0.05"};
+  const double wf = 4000.0;
+  BeamParameters parameters;
+  parameters.segments.push_back(
+      {.length = 1.0, .elements = 20, .bending_stiffness = 350.0, .mass_per_length = 1.57});  // steel, 20 by 10 mm
+  parameters.left = test::kClamped;
+  for (const double stiffness : {7.7e-4, 7.7e-3}) {
+    test::Fall fall{parameters, wf, 0.0, {.height = 0.0, .velocity = 0.1}, {}, {}, {}, {.stiffness = stiffness}};
+    test::Recorder record{0.001};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    const test::Eigen modes = test::lumped_modes(fall.beam);
+    double error = 0.0;
+    double peak = 0.0;
+    for (std::size_t k = 0; k < record.times.size(); ++k) {
+      double tip = 0.0;
+      for (std::size_t j = 0; j < modes.values.size(); ++j) {
+        const double square = wf * wf * modes.values[j] / (wf * wf + modes.values[j]);
+        const double decay = 0.5 * stiffness * square;
+        const std::complex<double> turn = std::sqrt(std::complex<double>{decay * decay - square});
+        double speed = 0.0;
+        for (std::size_t i = 0; i < 21; ++i) {
+          speed += 0.1 * fall.line.mass()[i] * modes.vectors(i, j);
+        }
+        const double t = record.times[k];
+        tip += speed * modes.vectors(20, j) *
+               ((std::exp((turn - decay) * t) - std::exp((-turn - decay) * t)) / (2.0 * turn)).real();
+      }
+      peak = std::max(peak, std::abs(tip));
+      error = std::max(error, std::abs(record.positions[k][20] - tip));
+    }
+    EXPECT_LT(error, 1e-4 * peak) << stiffness;  // found: 2e-6 and 3e-6; 1e-3 is asked for
+    EXPECT_LT(record.largest_drift(), 1e-6);
+    expect_losses_alone(record);
+  }
+}
+
 TEST_P(OnSupports, DampedFallKeepsTheLedgerAndComesToRest) {
   const test::Option end{"-ts_max_time", "1.2"};
   const test::Option tolerance{"-ts_rtol", is("rk") ? "1e-9" : "1e-8"};
   Support moving{.position = 2.0, .width = 1.0, .restitution = 0.3};
   moving.motion = shaken();
   const Support pad{.position = 8.0, .width = 1.0, .restitution = 0.3};
+  const NodalLoad load{.position = 5.0, .time = {0.1, 0.15, 0.4, 0.7}, .force = {0.0, -3e4, 2e4, 0.0}};
   test::Fall fall{test::steel_beam(30), 100.0, kGravity, {.height = 0.3},
-                  {moving, pad},        {},    {},       {.mass = 0.5, .stiffness = 2e-3}};
+                  {moving, pad},        {},    {load},   {.mass = 0.5, .stiffness = 2e-3}};
   test::Recorder record{0.02};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
   EXPECT_LT(record.largest_drift(), 1e-5);
   EXPECT_GT(fall.dynamics.counts().rests, 0);
   EXPECT_GT(record.energies.back().lost_in_dampers, 1.0);
+  expect_losses_alone(record);
 }
 
 }  // namespace

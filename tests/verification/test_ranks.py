@@ -133,6 +133,8 @@ class Ranks(UdarTest):
                 self.assertEqual(sorted(hits["node"]), sorted(impacts["node"]), f"nodes hit{run}")
                 np.testing.assert_array_equal(np.sort(hits["time"]), hits["time"], err_msg="impacts in order of time")
                 self.assertEqual(run.summary()["ranks"], ranks, run)
+                taken = np.diff(run.csv("energy.csv")["lost_in_dampers"])
+                self.assertGreaterEqual(taken.min(), 0, f"a damper gives energy{run}")
                 if changes.get("floor") or changes.get("support_position", True) is not None:
                     self.check_forces(run, serial)
                 # Masses off by the tolerance: forces of the springs off by wf^2 m of it, moments by that times 10 m.

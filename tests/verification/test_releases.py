@@ -92,7 +92,9 @@ class Releases(UdarTest):
     def events(self, run):
         rests = run.csv("rests.csv")
         return {
-            int(node): [(time, event) for time, of, event in zip(rests["time"], rests["node"], rests["event"]) if of == node]
+            int(node): [
+                (time, event) for time, of, event in zip(rests["time"], rests["node"], rests["event"]) if of == node
+            ]
             for node in sorted(set(rests["node"]))
         }
 

@@ -12,6 +12,9 @@ namespace udar {
 
 using local::kMostTerms;
 using Square = std::array<std::array<double, kMostTerms>, kMostTerms>;
+/// What a sweep changes of a mass: its moments and, where the line's rate drives it, its place at the end.
+inline constexpr std::size_t kMostUnknowns = kMostTerms + 1;
+using Gain = std::array<std::array<double, kMostUnknowns>, kMostUnknowns>;
 
 /// The mass without impacts over a step of one `angle`: z = speed s(tau) + sum_j p_j w_j(tau).
 struct DenseMap {
@@ -21,7 +24,8 @@ struct DenseMap {
   double speed_of_start = 0.0;             // s'(1)
   std::array<double, kMostTerms> place{};  // w_j(1)
   std::array<double, kMostTerms> speed{};  // w_j'(1)
-  Square gain{};                           // (1 - share line)^-1
+  Gain gain{};                             // (1 - share W)^-1 of what a sweep changes
+  double contraction = 0.0;                // of the sweeps of masses that touch nothing
 };
 
 /// @brief Bernstein coefficients of z over the step bound it from both sides; what lies beyond their degree is added.
@@ -44,10 +48,12 @@ struct Bounds {
 
 /// @brief Where a block of nodes has its values.
 struct Rows {
-  std::array<double*, kMostTerms> moment;  // u: what the line was solved for; out: the next
-  std::array<double*, kMostTerms> line;    // d: stretch of the line; out: p
-  std::array<const double*, 2> steady;     // what forces add to p_0 and p_1
-  const double* velocity;                  // at the start [m/s]
+  std::array<double*, kMostUnknowns> moment;    // u: what the line was solved for; out: the next
+  std::array<double*, kMostTerms> line;         // d: stretch of the line; out: p
+  std::array<const double*, kMostTerms> drive;  // p, and what the line's rate adds, where that is known before
+  std::array<const double*, 2> steady;          // what forces add to p_0 and p_1
+  bool damped;                                  // the line's rate drives: the place at the end is unknown, too
+  const double* velocity;                       // at the start [m/s]
   const double* position;
   const double* axis;  // u_0 counts from it, else from the position at the start
   const double* free;  // 0 where the change does not count, else 1
@@ -55,18 +61,31 @@ struct Rows {
   double* speed;
 };
 
-/// @brief Largest values of the block: change of a moment, last Legendre term and the one before.
+/// @brief Largest values of the block: change of a moment and of one of the velocity, last Legendre term of what drives
+/// and the one before.
 struct Largest {
   double change = 0.0;
+  double rate = 0.0;
   double last = 0.0;
   double before = 0.0;
   bool finite = true;  ///< all ends
 };
 
+/// @brief Legendre coefficient of a rate over a step by those of the place before it, and the change of place [per
+/// step].
+template <std::size_t Count>
+[[nodiscard]] constexpr double rate_term(std::size_t j, const std::array<double, Count>& place, double change) {
+  double sum = change;  // of z L_j from end to end, less the integral of z L_j'
+  for (std::size_t k = j; k-- > 0;) {
+    sum -= (j - k) % 2 == 1 ? 2.0 * place[k] : 0.0;
+  }
+  return static_cast<double>(2 * j + 1) * sum;
+}
+
 /// @brief Maps `count` masses: p from moments and stretches, the next moments, place and speed at the end.
 ///
-/// Predicting, `line` already is p, and the moments are what it makes of them. What is not finite spreads, and is
-/// noted.
+/// Predicting or damped, `drive` is known, and predicting the moments are what it makes of them. What is not finite
+/// spreads, and is noted.
 /// @param terms 2 to 5 @param step [s]
 void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
                 Largest& largest);

@@ -39,22 +39,23 @@ struct Stop {
   }
 };
 
-/// @brief The problem: z'' = angle^2 (P(tau) - z) - drag z' + line_drag (P' - z'), z(0) = 0, z'(0) = velocity, tau from
-/// 0 to 1; lower and upper stop. A stop that is not rigid adds -(k/m) g - (c/m) g' while its gap g is negative and that
-/// is not an attraction.
+/// @brief The problem: z'' = angle^2 (P(tau) - z) - drag z', z(0) = 0, z'(0) = velocity, tau from 0 to 1; lower and
+/// upper stop. A stop that is not rigid adds -(k/m) g - (c/m) g' while its gap g is negative and that is not an
+/// attraction.
 struct Problem {
   double angle = 0.0;                     ///< wf h [rad]
   std::size_t terms = 0;                  ///< of P
-  std::size_t powers = 0;                 ///< `powers_for(angle + drag + line_drag)`
+  std::size_t powers = 0;                 ///< `powers_for(angle + drag)`
   std::array<double, kMostTerms> line{};  ///< P in powers of tau [m]
   double velocity = 0.0;                  ///< [m per step]
   std::array<Stop, 2> stops{};            ///< below, above
   int resting = -1;                       ///< index of the stop it rests on at the start; -1: moves
   double hop_tolerance = 0.0;             ///< [m]
   double together = 0.0;                  ///< nearer than this it is on the stop [m]
+  double pull_resolution = 0.0;           ///< P - z that is not larger does not pull it off a stop [m]
   double until = 1.0;                     ///< tau at which to end
   double drag = 0.0;                      ///< [1/step]
-  double line_drag = 0.0;                 ///< [1/step]
+  std::array<double, kMostTerms> turn{};  ///< in powers of tau, a part of angle^2 P: dampers take z' (drag z' - turn)
 };
 
 /// @brief The end of it.
@@ -126,7 +127,7 @@ inline void add_moments(const double* series, std::size_t count, double tau, dou
   }
 }
 
-inline double value(const double* c, std::size_t count, double s) {
+[[nodiscard]] inline double value(const double* c, std::size_t count, double s) {
   double sum = 0.0;
   for (std::size_t k = count; k-- > 0;) {
     sum = sum * s + c[k];
@@ -179,7 +180,6 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   using detail::value;
   Outcome outcome;
   const double z2 = problem.angle * problem.angle;
-  const double drags = problem.drag + problem.line_drag;
   double tau = 0.0;
   double place = 0.0;
   double velocity = problem.velocity;
@@ -203,15 +203,17 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   }
   std::array<double, kMostPowers> series{};
   std::array<double, kMostPowers> gap{};
-  const auto dragged = [&](const double* motion, std::size_t count, const auto& of_line, double length) {
+  const auto dragged = [&](const double* motion, std::size_t count, double start, double length) {
     double sum = 0.0;
     for (const auto& [at, weight] : detail::kGauss) {
       const double speed = slope(motion, count, at * length);
-      const double rate = slope(of_line.data(), problem.terms, at * length);
-      sum += weight * length * speed * (problem.drag * speed + problem.line_drag * (speed - rate));
+      const double turn = value(problem.turn.data(), problem.terms, start + at * length);
+      sum += weight * length * speed * (problem.drag * speed - turn);
     }
     return sum;
   };
+  // Slower than this it stands on the stop, but for rounding.
+  const auto stands = [&](double speed) { return std::abs(speed) <= problem.angle * problem.pull_resolution; };
   bool stuck = false;  // rests again where it was released
   int stalls = 0;      // arcs without length, one after the other
   constexpr double kHold = 1e-8;
@@ -233,7 +235,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       }
       pressing[0] += side * path[0];
       std::size_t terms = problem.terms;
-      if (stop.moves || drags != 0.0) {
+      if (stop.moves) {
         terms = std::max<std::size_t>(terms, 4);
         for (std::size_t k = 1; k < 4; ++k) {
           pressing[k] += side * path[k];
@@ -241,11 +243,12 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
         for (std::size_t k = 0; k + 1 < kMostTerms; ++k) {
           const auto next = static_cast<double>(k + 1);
           const double bend = k < 2 ? next * static_cast<double>(k + 2) * path[k + 2] : 0.0;
-          pressing[k] += side / z2 *
-                         (bend + next * (problem.drag * path[k + 1] + problem.line_drag * (path[k + 1] - line[k + 1])));
+          pressing[k] += side / z2 * (bend + next * problem.drag * path[k + 1]);
         }
       }
-      double end = pressing[0] < 0.0 ? 0.0 : first_zero(pressing.data(), terms, left);
+      std::array<double, kMostTerms> holding = pressing;
+      holding[0] += problem.pull_resolution;
+      double end = holding[0] < 0.0 ? 0.0 : first_zero(holding.data(), terms, left);
       bool released = end >= 0.0 && end < left;
       end = released ? end : left;
       // Round-off lifts what it has just put back: it stays for the time in which the pull is but round-off.
@@ -267,8 +270,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
           work += side * z2 * value(pressing.data(), terms, at * end) * weight * end * slope(path.data(), 4, at * end);
         }
         journal.pressed(resting, push * end, work);
-        if (drags != 0.0) {
-          journal.damped(dragged(path.data(), 4, line, end));
+        if (problem.drag != 0.0) {
+          journal.damped(dragged(path.data(), 4, tau, end));
         }
       }
       tau += end;
@@ -311,17 +314,16 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       // Arcs in which the series decays as for an angle of one: its powers are bounded by those of 1.62^k / k!.
       constexpr double kGrowth = 1.62;
       powers = std::max(powers, powers_for(kGrowth));
-      end = std::min(left, 1.0 / std::max(std::sqrt(z2 + stiffness), damping + drags));
+      end = std::min(left, 1.0 / std::max(std::sqrt(z2 + stiffness), damping + problem.drag));
     }
     series[0] = place;
     series[1] = velocity;
-    for (std::size_t k = 0; k + 2 < powers && !presses && drags == 0.0; ++k) {
+    for (std::size_t k = 0; k + 2 < powers && !presses && problem.drag == 0.0; ++k) {
       series[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0) - series[k]) / static_cast<double>((k + 1) * (k + 2));
     }
-    for (std::size_t k = 0; k + 2 < powers && (presses || drags != 0.0); ++k) {
+    for (std::size_t k = 0; k + 2 < powers && (presses || problem.drag != 0.0); ++k) {
       double pull = z2 * ((k < problem.terms ? line[k] : 0.0) - series[k]);
-      const double rate = k + 1 < problem.terms ? line[k + 1] : 0.0;
-      pull += static_cast<double>(k + 1) * (problem.line_drag * rate - drags * series[k + 1]);
+      pull -= static_cast<double>(k + 1) * problem.drag * series[k + 1];
       if (presses) {
         pull += (k < kMostTerms ? target[k] : 0.0) - stiffness * series[k] -
                 damping * static_cast<double>(k + 1) * series[k + 1];
@@ -384,6 +386,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       } else if (on == stop || gap[0] <= problem.together) {
         // On the stop: the zero at the start, double where it starts without speed, is divided out.
         std::size_t skip = 1;
+        gap[1] = stands(gap[1]) ? 0.0 : gap[1];
         if (gap[1] < 0.0) {
           root = 0.0;
           skip = 0;
@@ -449,8 +452,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       }
     }
     if constexpr (!std::is_same_v<Journal, Silent>) {
-      if (drags != 0.0) {
-        journal.damped(dragged(series.data(), powers, line, end));
+      if (problem.drag != 0.0) {
+        journal.damped(dragged(series.data(), powers, tau, end));
       }
     }
     const double arrived = slope(series.data(), powers, end);
@@ -493,14 +496,13 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     }
     place = support.place(tau);
     const double ground = support.speed(tau);
-    const double before = side * (velocity - ground);
+    const double arrives = side * (velocity - ground);
+    const double before = stands(arrives) ? 0.0 : arrives;
     const double after =
         before < 0.0 ? -falling_restitution(support.restitution, support.yield_speed, -before) * before : before;
     double pull = side * z2 * (value(problem.line.data(), problem.terms, tau) - place);
-    if (support.moves || drags != 0.0) {
-      const double bend = support.moves ? 2.0 * support.path[1] + 6.0 * tau * support.path[2] : 0.0;
-      const double speed = slope(problem.line.data(), problem.terms, tau);
-      pull += side * (problem.line_drag * (speed - ground) - problem.drag * ground - bend);
+    if (support.moves) {
+      pull -= side * (problem.drag * ground + 2.0 * support.path[1] + 6.0 * tau * support.path[2]);
     }
     if (before < 0.0) {
       journal.impact(met, tau, velocity, ground + side * after);
@@ -510,7 +512,8 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
     }
     // Where it hits too often, or does not get off, the arc of rest tells whether the line lifts it at once.
     const bool tired = outcome.impacts >= kMostImpacts || arc >= kMostArcs || (before == 0.0 && end == 0.0);
-    if (tired || (pull < 0.0 && after * after <= -2.0 * pull * problem.hop_tolerance)) {
+    if (tired ||
+        (pull <= z2 * problem.pull_resolution && after * after <= std::max(0.0, -2.0 * pull * problem.hop_tolerance))) {
       journal.rest(met, tau, after);
       stuck = stood == met && before == 0.0 && end == 0.0;
       resting = met;

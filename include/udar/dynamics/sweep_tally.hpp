@@ -15,7 +15,7 @@ inline constexpr std::size_t kBins = 8;
 
 /// @brief Maxima, then sums, then minima; reduced in one go.
 struct Tally {
-  enum Maximum : std::size_t { change, kink, last_term, term_before, broken, speed, extent, maxima };
+  enum Maximum : std::size_t { change, rate, kink, last_term, term_before, broken, speed, extent, maxima };
   std::array<double, maxima> most{};
   std::array<double, kBins> kick{};
   std::array<double, kBins> first{};

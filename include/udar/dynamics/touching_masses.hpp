@@ -55,7 +55,7 @@ class TouchingMasses {
   void release_memory() { release_if_large(touching_); }
 
  private:
-  using Moments = std::array<double, kMostTerms>;
+  using Moments = std::array<double, kMostUnknowns>;
 
   /// A mass that may touch something in this step. One for every mass of a flat fall: kept small.
   struct Touching {
