@@ -132,6 +132,7 @@ def record(point, summaries, tiny_memory):
     kept = {key: point[key] for key in ("series", "case", "elements", "ranks", "length")}
     kept["options"] = [option for option in point["options"] if not option.endswith(".yaml")]
     kept["repeats"] = len(summaries)
+    kept["petsc"] = [int(word) for word in first["versions"]["petsc"].split(".")]
     kept["seconds"] = over("wall_seconds")
     kept["own_seconds"] = over("own_seconds")
     kept["imbalance"] = {stage: value["median"] / mean[stage]["median"] if mean[stage]["median"] > 0.0 else 1.0
