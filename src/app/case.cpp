@@ -6,12 +6,14 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 #include <utility>
 
 #include "udar/io/table_file.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
+#include "udar/petsc/warnings.hpp"
 #include "udar/structure/section.hpp"
 
 namespace udar::app {
@@ -173,6 +175,41 @@ BeamEnd read_end(OptionGroup& group, const std::string& side) {
 
 }  // namespace
 
+namespace {
+
+/// A value outside the range of all that beams are made of or look like is a slip of unit as a rule.
+void suspect(MPI_Comm comm, const char* what, double value, double lowest, double highest, const char* unit,
+             const char* hint) {
+  if (!(value >= lowest && value <= highest)) {
+    petsc::warn(comm, "%s of %g %s is outside of %g to %g %s; %s", what, value, unit, lowest, highest, unit, hint);
+  }
+}
+
+/// Softest rubber to diamond; stiff foam to osmium; wires to ship hulls; beams to slabs.
+void judge_material(MPI_Comm comm, double modulus, double density) {
+  suspect(comm, "-beam_young_modulus", modulus, 1e6, 2e12, "Pa", "steel has 2.1e11 Pa, not 210 (GPa) or 2.1e5 (MPa)");
+  suspect(comm, "-beam_density", density, 10.0, 2.5e4, "kg/m^3", "steel has 7850 kg/m^3, not 7.85 (t/m^3, g/cm^3)");
+}
+
+/// By the radius of gyration, half the radius of a circle.
+void judge_section(MPI_Comm comm, const Section& section, double length) {
+  constexpr double kLargest = 10.0;
+  constexpr double kStubby = 10.0;
+  const double gyration = std::sqrt(section.inertia / section.area);
+  if (gyration > kLargest) {
+    petsc::warn(comm, "a section with a radius of gyration of %g m is larger than a ship's; lengths are in metres",
+                gyration);
+  }
+  if (length < kStubby * gyration) {
+    petsc::warn(comm,
+                "the beam is %g m long, only %.3g times the radius of gyration of its section, %g m; that is a block, "
+                "not a beam: are both in metres?",
+                length, length / gyration, gyration);
+  }
+}
+
+}  // namespace
+
 BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   OptionGroup group{
       comm,
@@ -263,6 +300,10 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
   for (std::size_t i = 0; i < count; ++i) {
     if (i > 0 && gap[i - 1] > 0.0) {
       beam.segments.push_back({.length = gap[i - 1], .elements = 1});
+    }
+    if (!bending_given && !mass_given) {
+      judge_material(comm, modulus[i], density[i]);
+      judge_section(comm, sections[i], std::accumulate(length.begin(), length.end(), 0.0));
     }
     const double shear_modulus = modulus[i] / (2.0 * (1.0 + poisson_ratio));
     const double section_shear = sections[i].shear_coefficient * shear_modulus * sections[i].area;
@@ -602,6 +643,8 @@ void read_output(MPI_Comm comm, Case& input) {
              "sampled every pi / (4 wf) at least");
   group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
              "simulated time between fields in results.h5; 0: none");
+  group.boolean("-output_allow_large", input.output.allow_large,
+                "write more than 1e6 rows or 10 GB, which is refused else: as a rule an interval is in the wrong unit");
   group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
              "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
              "/ wf; 0: "
@@ -632,21 +675,6 @@ void settle_force_window(Case& input) {
   input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
 }
 
-namespace {
-
-/// Rows are counted.
-void require_countable(const char* option, double interval, double end) {
-  constexpr auto kMost = static_cast<double>(std::numeric_limits<PetscInt>::max());
-  if (interval > 0.0 && !(end / interval < kMost)) {
-    std::ostringstream message;
-    message << "option " << option << ": " << interval << " is not allowed, expected a number > " << end / kMost
-            << " [s]: more than " << kMost << " rows up to -ts_max_time are not counted";
-    throw InputError{message.str()};
-  }
-}
-
-}  // namespace
-
 Case read_case(MPI_Comm comm) {
   Case input;
   Formulation formulation = Formulation::mixed;
@@ -656,8 +684,6 @@ Case read_case(MPI_Comm comm) {
   read_contact(comm, input);
   read_output(comm, input);
   read_integration(comm, input);
-  require_countable("-output_interval", input.output.interval, input.end_time);
-  require_countable("-output_field_interval", input.output.field_interval, input.end_time);
   if (input.contact.surface == ContactSurface::line &&
       (input.filter.correct_lowest > 0 || !input.filter.correct.empty())) {
     throw InputError{

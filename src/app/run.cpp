@@ -19,7 +19,10 @@
 #include "app/run_costs.hpp"
 #include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/case_text.hpp"
+#include "udar/app/echo.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/app/output_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/app/stop_signals.hpp"
 #include "udar/app/view.hpp"
@@ -39,70 +42,6 @@ namespace {
 
 // An energy balance that is off by more than this is worth a warning.
 constexpr double kWorthAWarning = 1e-3;
-
-/// What tells a restart that it continues another case: everything that shapes the motion, as one readable line.
-std::string fingerprint(const Case& input, const BeamChain& beam) {
-  std::ostringstream text;
-  text.precision(17);
-  const auto end = [&text](const BeamEnd& held) {
-    text << held.translational_stiffness << '/' << held.rotational_stiffness << ' ';
-  };
-  text << "nodes " << beam.nodes() << (input.filter.unfiltered ? " unfiltered" : "") << " wf "
-       << input.filter.filter_frequency << " form " << static_cast<int>(input.filter.formulation) << " gravity "
-       << input.gravity << " axis " << input.initial.height << '/' << input.initial.slope << " tension "
-       << input.beam.tension << " ends ";
-  end(input.beam.left);
-  end(input.beam.right);
-  std::ostringstream lists;  // of any length: only their hash is kept
-  lists.precision(17);
-  for (const BeamSegment& segment : input.beam.segments) {
-    lists << segment.length << ' ' << segment.elements << ' ' << segment.bending_stiffness << ' '
-          << segment.mass_per_length << ' ' << segment.shear_stiffness << ' ' << segment.foundation_stiffness << ';';
-  }
-  for (const PointMass& point : input.beam.point_masses) {
-    lists << point.position << ' ' << point.mass << ';';
-  }
-  for (const LineSupport& spring : input.beam.line_supports) {
-    lists << "line " << spring.position << ' ' << spring.stiffness << ';';
-  }
-  for (const MassPatch& patch : input.beam.mass_patches) {
-    lists << "patch " << patch.from << ' ' << patch.to << ';';
-  }
-  for (const Support& support : input.supports) {
-    lists << support.position << ' ' << support.width << ' ' << support.height << ' ' << support.restitution << ' '
-          << static_cast<int>(support.side) << ' ' << support.yield_speed << ' ' << support.stiffness << ' '
-          << support.damping << ';';
-    for (std::size_t i = 0; support.motion && i < support.motion->time().size(); ++i) {
-      lists << support.motion->time()[i] << ' ' << support.motion->height()[i] << ' ' << support.motion->velocity()[i]
-            << ';';
-    }
-    for (std::size_t i = 0; i < support.profile.x.size(); ++i) {
-      lists << support.profile.x[i] << ' ' << support.profile.height[i] << ';';
-    }
-  }
-  for (const NodalLoad& load : input.loads) {
-    lists << load.position << ' ';
-    for (std::size_t i = 0; i < load.time.size(); ++i) {
-      lists << load.time[i] << ' ' << load.force[i] << ';';
-    }
-  }
-  if (input.damping.any()) {
-    text << "damping " << input.damping.mass << '/' << input.damping.stiffness << ' ';
-  }
-  if (input.filter.correct_lowest > 0 || !input.filter.correct.empty()) {
-    text << "corrected " << input.filter.correct_lowest;
-    for (const PetscInt mode : input.filter.correct) {
-      text << ',' << mode;
-    }
-    text << ' ';
-  }
-  if (input.contact.surface == ContactSurface::line || input.filter.unfiltered) {
-    text << "line contact " << input.contact.line_dense_max << ' ';
-  }
-  text << "segments " << input.beam.segments.size() << " supports " << input.supports.size() << " lists " << std::hex
-       << std::hash<std::string>{}(lists.str());
-  return text.str();
-}
 
 io::NodeRange node_range(const BeamChain& beam) {
   return {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
@@ -151,17 +90,18 @@ io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
   return layout;
 }
 
-/// The lowest modes: six for the view, else the first alone, for the warning. That one does not depend on a fine mesh:
-/// it is taken from a coarser one where the line has more elements than that needs.
+/// The lowest modes: six for the view, else three. They do not depend on a fine mesh: they are taken from a coarser one
+/// where the line has more elements than that needs.
 std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
+  constexpr PetscInt kEchoed = 3;
   const MPI_Comm comm = line.beam().comm();
-  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, 1);
+  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, kEchoed);
   if (!coarse) {
-    return lowest_modes(line, input.view ? 6 : 1);
+    return lowest_modes(line, input.view ? 6 : kEchoed);
   }
   const BeamChain coarse_beam{comm, *coarse};
   FilteredLine coarse_line{coarse_beam, input.filter};
-  return lowest_modes(coarse_line, 1);
+  return lowest_modes(coarse_line, kEchoed);
 }
 
 /// Writes restart.h5 after the first step beyond each multiple of the interval, at the end, and when somebody asks.
@@ -174,7 +114,7 @@ class CheckpointWriter final : public Observer {
         beam_{&beam},
         path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
         interval_{input.restart.interval},
-        fingerprint_{fingerprint(input, beam)} {
+        case_text_{case_text(input, beam)} {
     for (const auto& other : others) {
       others_.push_back(other.get());
     }
@@ -201,7 +141,7 @@ class CheckpointWriter final : public Observer {
     }
     checkpoint.scalars = std::move(state.scalars);
     checkpoint.tables = std::move(state.tables);
-    checkpoint.case_fingerprint = fingerprint_;
+    checkpoint.case_text = case_text_;
     io::write_checkpoint(beam_->comm(), node_range(*beam_), path_, checkpoint);
   }
 
@@ -214,15 +154,15 @@ class CheckpointWriter final : public Observer {
   std::string path_;
   double interval_;
   double next_ = 0.0;
-  std::string fingerprint_;
+  std::string case_text_;
   std::vector<Observer*> others_;
 };
 
 MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
   io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
-  if (checkpoint.case_fingerprint != fingerprint(input, beam)) {
-    throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case (" +
-                     checkpoint.case_fingerprint + "; this case: " + fingerprint(input, beam) + ")"};
+  const std::string differences = case_differences(checkpoint.case_text, case_text(input, beam));
+  if (!differences.empty()) {
+    throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differences};
   }
   MotionState state;
   for (auto& [name, values] : checkpoint.node_fields) {
@@ -334,6 +274,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
     return {};
   }
   petsc::check_unknown_options(comm);
+  refuse_large_output(input);
   std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {
     earlier = restore(dynamics, input, beam);
@@ -343,7 +284,10 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const SupportSprings springs = support_springs(line, input);
   if (input.view) {
     print_view(input, line, modes, springs);
+  } else {
+    print_echo(input, line, modes);
   }
+  warn_of_implausible(input, beam);
   print_warnings(input, line, modes, springs);
   warn_of_places(input, beam);
 
@@ -376,6 +320,9 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   const auto summarise = [&] {
     const CostMark end = cost_mark();
     warn_of_drift(comm, dynamics.energy().drift());
+    if (dynamics.completed() && dynamics.counts().first_contact_time < 0.0) {
+      warn_of_no_contact(input, beam);
+    }
     io::Summary& summary = result.summary;
     warn_of_yielding(comm, bending);
     summary = make_summary(input, line, dynamics, forces, bending);

@@ -1,5 +1,6 @@
 #include "udar/dynamics/motion_scale.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -7,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "udar/contact/support_motion.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
@@ -127,12 +129,37 @@ Cause of_loads(Equations& equations, double end) {
   return cause;
 }
 
+/// What no beam does at the start.
+void refuse_absurd(const BeamChain& beam, const MassState& masses, const InitialState& initial) {
+  constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
+  std::array<double, 2> largest{};     // velocity, offset from the axis
+  for (std::size_t i = 0; i < masses.position.size(); ++i) {
+    const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
+    largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
+    largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, beam.comm());
+  std::ostringstream message;
+  if (!(largest[0] < kSpeedOfLight)) {
+    message << "options -initial_velocity, -initial_angular_velocity, -initial_shape: a mass starts with " << largest[0]
+            << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
+    throw InputError{message.str()};
+  }
+  if (!(largest[1] <= kLengths * beam.length())) {
+    message << "option -initial_shape: an offset of " << largest[1] << " is not allowed, expected at most "
+            << kLengths * beam.length() << " [m], " << kLengths
+            << " lengths of the beam: its theory is one of small slopes";
+    throw InputError{message.str()};
+  }
+}
+
 }  // namespace
 
 MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactRun> runs,
                          bool on_line, double end) {
   const BeamChain& beam = equations.beam();
   const MassState masses = initial_masses(beam, initial);
+  refuse_absurd(beam, masses, initial);
   const double wf = equations.line().frequency_bound();
   enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, inputs };
   std::array<Cause, inputs> causes{};

@@ -63,7 +63,7 @@ void write_content(Hdf5File& file, MPI_Comm comm, const NodeRange& nodes, const 
   file.add_attribute("/", "format_version", kFormatVersion);
   file.add_attribute("/", "units", std::string{"SI: m, kg, s, N, J"});
   file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
-  file.add_attribute("/", "case_fingerprint", checkpoint.case_fingerprint);
+  file.add_attribute("/", "case_text", checkpoint.case_text);
   file.add_group("/scalars");
   for (const auto& [name, value] : checkpoint.scalars) {
     file.add_attribute("/scalars", name, value);
@@ -117,7 +117,7 @@ Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::str
              "a checkpoint of " + std::to_string(total) + " nodes, this run has " + std::to_string(nodes.total));
 
   Checkpoint checkpoint;
-  checkpoint.case_fingerprint = file.read_text("/", "case_fingerprint");
+  checkpoint.case_text = file.read_text("/", "case_text");
   for (const std::string& name : file.attribute_names("/scalars")) {
     checkpoint.scalars[name] = file.read_double("/scalars", name);
   }

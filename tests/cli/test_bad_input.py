@@ -279,6 +279,14 @@ REFUSED = {
         ["-contact_tolerance", "1e-300", ">= ", "[m]", "digits of the time"],
     ),
     "rows_without_number": ({"output_interval": 1e-300}, ["-output_interval", "1e-300", "[s]"]),
+    "rows_beyond_belief": (
+        {"output_interval": 1e-9},
+        ["-output_interval", "1e-09", "2e+07 rows", "GB", "[s]", "-output_allow_large"],
+    ),
+    "fields_beyond_belief": (
+        {"output_field_interval": 1e-6, "beam_elements": 20000},
+        ["-output_field_interval", "1e-06", "GB", "-output_allow_large"],
+    ),
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),

@@ -483,8 +483,52 @@ class Printing(UdarTest):
         self.assertEqual(result.summary()["warnings"], said)
         for finding, text in zip(("read by nobody", "lowers the first", "sink", "energy balance"), said, strict=True):
             self.assertIn(finding, text, result)
-        silent = self.run_case(case(filter_frequency=1000, contact_surface="line", ts_max_time=0.1), name="silent")
+        near = {"initial_height": 0.01, "ts_max_time": 0.05}
+        silent = self.run_case(case(filter_frequency=1000, contact_surface="line", **near), name="silent")
         self.assertEqual(silent.summary()["warnings"], [], silent)
+
+    def test_echo(self):
+        """What the run is about to do: mass, contact of a fall of 1 m, what the filter makes of the first mode."""
+        result = self.run_case(case(ts_max_time=0.5))
+        lines = result.out.splitlines()
+        self.assertLessEqual(len(lines), 12, result)
+        mass = f"{STEEL_MASS:.4g} kg"
+        modes = self.run_case(case(ts_max_time=0.5, udar_view=True), name="view").out
+        first = float(re.search(r"^ +1 +([0-9.]+)", modes, re.MULTILINE).group(1))
+        filtered = f"{100 * first / np.hypot(100, first):.4g} rad/s"
+        contact = f"t = {np.sqrt(2 / 9.81):.4g} s"
+        for words in (
+            (mass, "10 m", "20 elements"),
+            (f"{first:.4g}, ",),
+            ("wf = 100 rad/s", filtered),
+            ("2 below", "x = 2 m, 8 m"),
+            (contact,),
+            ("51 rows", "51 of fields"),
+        ):
+            self.assertTrue(any(all(word in line for word in words) for line in lines), f"{words}{result}")
+
+    def test_hard_to_believe(self):
+        """A slip of unit or sign is named, with the unit; nothing is said of the paper's beam."""
+        slips = (
+            ({"beam_young_modulus": 210}, ("-beam_young_modulus of 210 Pa", "2.1e11 Pa")),
+            ({"beam_density": 7.85}, ("-beam_density of 7.85 kg/m^3",)),
+            ({"beam_radius": 100}, ("radius of gyration of 50 m", "metres")),
+            ({"beam_radius": 3}, ("10 m long", "6.67 times")),
+            ({"initial_height": 1e4}, ("starts 10000 m from a support", "metres")),
+            ({"initial_height": 1e4}, ("first contact is expected at t = 45.15 s", "after the end")),
+            ({"gravity": -9.81}, ("-gravity -9.81 m/s^2 pulls upwards",)),
+            ({"support_position": None}, ("no support",)),
+            ({"initial_velocity": 10, "ts_max_time": 0.1}, ("after the end",)),
+            ({"support_side": "above", "initial_height": -1}, ("nothing touched a support",)),
+            ({}, ()),
+        )
+        for change, words in slips:
+            with self.subTest(change=change):
+                result = self.run_case(case(**{"ts_max_time": 0.01, "initial_height": 1e-4, **change}), name="slip")
+                said = [text for text in result.summary()["warnings"] if "filter" not in text and "sink" not in text]
+                found = any(all(word in text for word in words) for text in said)
+                self.assertTrue(found if words else not said, f"{said}{result}")
+                shutil.rmtree(result.directory)
 
     def test_automatic_filter_frequency(self):
         outputs = []
@@ -674,6 +718,45 @@ class Interrupted(UdarTest):
             self.assertTrue(run.file("restart.h5").exists())
             shutil.rmtree(run.directory)
 
+    def test_stop_between_the_rows_of_a_step(self):
+        """A step may hold minutes of rows: the run ends at once all the same, and goes on behind the last row."""
+        every = 1e-6
+        parts = []
+        for ts_type in ("chebyshev", "impact"):
+            parts.clear()
+            restart = None
+            for name in ("run", "rest"):
+                shutil.rmtree(self.scratch / name, ignore_errors=True)
+            for name in ("run", "rest"):
+                options = case(
+                    ts_type=ts_type,
+                    output_directory=self.scratch / name,
+                    output_overwrite=True,
+                    output_interval=every,
+                    output_field_interval=0,
+                    gauge_position=5,
+                    restart_file=restart,
+                )
+                process = start(command(options), cwd=self.scratch)
+                gauges = self.scratch / name / "gauges.csv"
+                for _ in range(600):
+                    if process.poll() is not None or (gauges.exists() and gauges.stat().st_size > 100000):
+                        break
+                    time.sleep(0.05)
+                process.send_signal(signal.SIGTERM)
+                begin = time.monotonic()
+                out, err = process.communicate(timeout=60)
+                self.assertEqual(process.returncode, 143, out + err)
+                self.assertLess(time.monotonic() - begin, 5, "a second on a machine of its own")
+                restart = self.scratch / name / "restart.h5"
+                parts.append(read_csv(gauges))
+            with h5py.File(self.scratch / "run" / "restart.h5", "r") as file:
+                self.assertGreater(file["scalars"].attrs["last_row_time"], file["scalars"].attrs["time"])
+            times = np.concatenate([part["time"] for part in parts])
+            np.testing.assert_allclose(np.diff(times), every, rtol=1e-9, err_msg="no row lost, none twice")
+            heights = np.concatenate([part["mass_0"] for part in parts])
+            np.testing.assert_allclose(heights, 1 - 0.5 * 9.81 * times**2, atol=1e-7, err_msg=f"free fall, {ts_type}")
+
     def test_removed_results_are_an_error(self):
         options, process = self.long_run(output_interval=0.5)
         self.started(process, "energy.csv")
@@ -735,13 +818,25 @@ class Refused(UdarTest):
         self.assertRegex(result.stderr, r"cannot write '.*/run/(gauges|energy)\.csv': File too large")
 
     def test_restart_with_another_beam(self):
-        self.run_case(case(ts_max_time=0.5))
+        """The refusal names what differs with both values, and only that."""
+        self.run_case(case(ts_max_time=0.05))
         checkpoint = self.scratch / "run" / "restart.h5"
-        changes = {"beam_young_modulus": 1e10, "contact_restitution": 0.4, "gravity": 1, "beam_elements": 22}
-        for change in ({key: value} for key, value in changes.items()):
+        table = self.scratch / "load.csv"
+        table.write_text("0,0\n1,1\n")
+        changes = (
+            ({"beam_density": 8000}, "mass per length rhoA [kg/m]: 246.615", "251.327"),
+            ({"contact_restitution": 0.4}, "supports, restitution: 1 1 there, 0.4 0.4 here", ""),
+            ({"gravity": 1}, "gravity [m/s^2]: 9.81 there, 1 here", ""),
+            ({"beam_elements": 22}, "21 nodes", "23"),
+            ({"load_position": 5, "load_table": table}, "loads, forces [N]: none there, 2 0 1 here", ""),
+        )
+        for change, *words in changes:
             with self.subTest(change=change):
                 line = self.refusal(case(output_directory=self.scratch / "rest", restart_file=checkpoint, **change))
-                self.assertIn("-restart_file", line)
+                for word in ("-restart_file", *words):
+                    self.assertIn(word, line)
+                parts = [part for part in line.split("; ") if " there, " in part]
+                self.assertLessEqual(len(parts), 1 if "load_position" not in change else 3, line)
 
 
 class Integrators(UdarTest):

@@ -63,7 +63,7 @@ Checkpoint checkpoint_of(const NodeRange& nodes) {
   checkpoint.node_fields = {{"resting", resting}, {"mass_position", position}};
   checkpoint.scalars = {{"time", 0.1}, {"first_contact_time", std::numeric_limits<double>::infinity()}};
   checkpoint.tables = {{"support_impulse", {1.0, -0.0, 1.0 / 3.0}}, {"empty", {}}};
-  checkpoint.case_fingerprint = "beam 7, filter 1000";
+  checkpoint.case_text = "beam 7, filter 1000";
   return checkpoint;
 }
 
@@ -87,7 +87,7 @@ void expect_same(const Checkpoint& read, const Checkpoint& written) {
   for (const auto& [name, values] : written.tables) {
     EXPECT_EQ(bits(read.tables.at(name)), bits(values)) << name;
   }
-  EXPECT_EQ(read.case_fingerprint, written.case_fingerprint);
+  EXPECT_EQ(read.case_text, written.case_text);
 }
 
 /// What a restart from `path` says to the user.

@@ -21,6 +21,7 @@ struct OutputParameters {
   double field_interval = 1e-2;  ///< of fields [s]; 0: none
   double force_window = 0.0;     ///< forces of supports are means over at least this [s], not less than pi / wf
   bool overwrite = false;
+  bool allow_large = false;  ///< more than 10^6 rows or 10 GB
 };
 
 /// @brief How a run continues another and may be continued.

@@ -44,7 +44,8 @@ class ImpactDynamics {
 
   /// Adds a listener; it must outlive the run.
   void add_observer(Observer& observer);
-  /// Asked once per step on every rank; when it says true on any rank the run stops after that step.
+  /// Asked on every rank once per step, and between rows where a step has many; when it says true on any rank the run
+  /// stops after that step, or before it and goes on after the last row when it is restarted.
   void set_stop_request(std::function<bool()> stop) { stop_requested_ = std::move(stop); }
 
   /// @brief Runs from the present time to `-ts_max_time`.
@@ -84,7 +85,6 @@ class ImpactDynamics {
     bool ended = false;  // has had the row at the end of the run
   };
 
-  void refuse_absurd(const MassState& masses, const InitialState& initial) const;
   void refuse_overlap(const MassState& masses) const;
   [[nodiscard]] TSType default_type() const;
   void refuse_on_line(const Support& support) const;
@@ -99,6 +99,7 @@ class ImpactDynamics {
   void limit_step(double next_step);
   void tell_events();
   void emit_snapshots(double until);
+  [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
   void snapshot(double time, double until);
   [[nodiscard]] double changing_load_work(double until) const;
   [[nodiscard]] double piece_begin(double time) const;
@@ -126,7 +127,8 @@ class ImpactDynamics {
   std::vector<Observer*> observers_;
   std::vector<Due> due_;
   std::function<bool()> stop_requested_;
-  MassState shown_;  // of the snapshot at hand
+  double last_row_time_ = 0.0;  // later than time_ only where a stop came between the rows of a step
+  MassState shown_;             // of the snapshot at hand
   std::vector<std::uint8_t> shown_resting_;
   LineState shown_line_;
   std::vector<double> shown_shear_;

@@ -19,7 +19,7 @@ struct Checkpoint {
   std::vector<std::pair<std::string, std::vector<double>>> node_fields;
   std::map<std::string, double> scalars;              ///< equal on every rank
   std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
-  std::string case_fingerprint;                       ///< tells a restart with another case
+  std::string case_text;                              ///< tells a restart with another case
 };
 
 /// @brief Writes a checkpoint to `path`. A run that is killed meanwhile, or finds the disk full, leaves the older file.

@@ -1,0 +1,177 @@
+#include "udar/app/echo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "udar/app/output_size.hpp"
+#include "udar/dynamics/initial_state.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/warnings.hpp"
+
+namespace udar::app {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// A fall from here ends at 140 m/s, faster than anything is dropped on supports.
+constexpr double kHighFall = 1000.0;
+
+bool held(const BeamParameters& beam) {
+  const auto foundation = [](const BeamSegment& segment) { return segment.foundation_stiffness > 0.0; };
+  return beam.left.translational_stiffness > 0.0 || beam.right.translational_stiffness > 0.0 ||
+         beam.left.rotational_stiffness > 0.0 || beam.right.rotational_stiffness > 0.0 || !beam.line_supports.empty() ||
+         std::ranges::any_of(beam.segments, foundation);
+}
+
+bool moves_as_rigid(const Case& input) {
+  const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
+  return !held(input.beam) && input.loads.empty() && input.initial.shape.x.empty() &&
+         std::ranges::none_of(input.beam.segments, gap);
+}
+
+/// First zero of gap + speed t - pull t^2 / 2 after the start, for a gap > 0.
+double meeting_time(double gap, double speed, double pull) {
+  if (pull == 0.0) {
+    return speed < 0.0 ? gap / -speed : kNever;
+  }
+  const double square = speed * speed + 2.0 * pull * gap;
+  if (square < 0.0) {
+    return kNever;
+  }
+  // The form without cancellation: 2 gap / (sqrt(...) - speed); negative where the gap only closes in the past.
+  const double time = 2.0 * gap / (std::sqrt(square) - speed);
+  return time > 0.0 ? time : kNever;
+}
+
+std::string sides(const std::vector<Support>& supports) {
+  const auto above = std::ranges::count(supports, SupportSide::above, &Support::side);
+  const auto below = static_cast<std::ptrdiff_t>(supports.size()) - above;
+  std::ostringstream text;
+  if (supports.empty()) {
+    return "none";
+  }
+  if (below > 0) {
+    text << below << " below the beam";
+  }
+  if (above > 0) {
+    text << (below > 0 ? ", " : "") << above << " above it";
+  }
+  constexpr std::size_t kListed = 4;
+  if (supports.size() <= kListed) {
+    const char* before = ", at x = ";
+    for (const Support& support : supports) {
+      text << before;
+      if (std::isinf(support.width)) {
+        text << "all of the beam";
+      } else {
+        text << support.position << " m";
+      }
+      before = ", ";
+    }
+  }
+  return text.str();
+}
+
+std::string contact_text(const Case& input) {
+  if (input.supports.empty()) {
+    return "";
+  }
+  return input.contact.surface == ContactSurface::line || input.filter.unfiltered ? ", held off the line by forces"
+                                                                                  : ", hit by the masses";
+}
+
+}  // namespace
+
+std::optional<double> expected_contact(const Case& input, const BeamChain& beam) {
+  if (!moves_as_rigid(input) || input.supports.empty()) {
+    return std::nullopt;
+  }
+  const MassState masses = initial_masses(beam, input.initial);
+  double first = kNever;
+  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+    const double lift = run.lift(0.0).height;
+    for (std::size_t node = run.first; node < run.last; ++node) {
+      const double gap = run.side * (masses.position[node] - run.height(node) - lift);
+      first = std::min(first,
+                       gap > 0.0 ? meeting_time(gap, run.side * masses.velocity[node], run.side * input.gravity) : 0.0);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_DOUBLE, MPI_MIN, beam.comm());
+  return first < kNever ? std::optional{first} : std::nullopt;
+}
+
+void print_echo(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes) {
+  const BeamChain& beam = line.beam();
+  std::ostringstream text;
+  text.precision(4);
+  text << "beam      " << beam.total_mass() << " kg, " << beam.length() << " m, " << beam.elements() << " elements, "
+       << (held(input.beam) ? "held" : "free") << '\n';
+  text << "modes    ";
+  for (const Mode& mode : modes) {
+    text << ' ' << mode.frequency << (&mode == &modes.back() ? " rad/s" : ",");
+  }
+  text << (modes.empty() ? " none" : ", without the filter") << '\n';
+  if (input.filter.unfiltered) {
+    text << "filter    none, time step " << 2.0 / line.filter_frequency() << " s\n";
+  } else {
+    text << "filter    wf = " << line.filter_frequency() << " rad/s";
+    if (!modes.empty() && modes.front().corrected) {
+      text << ", leaves the first mode as it is";
+    } else if (!modes.empty()) {
+      text << ", lowers the first mode to " << modes.front().filtered << " rad/s, by "
+           << -100.0 * modes.front().distortion() << " %";
+    }
+    text << '\n';
+  }
+  text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
+  if (const auto first = expected_contact(input, beam)) {
+    text << "contact   expected at t = " << *first << " s, from the flight of a rigid beam\n";
+  }
+  const OutputSize size = output_size(input);
+  text << "output    " << input.output.directory << ": " << static_cast<long long>(size.rows) << " rows, "
+       << static_cast<long long>(size.field_rows) << " of fields, at most " << std::ceil(size.bytes / 1e6)
+       << " MB without events, up to t = " << input.end_time << " s\n";
+  UDAR_CALL(PetscPrintf(beam.comm(), "%s", text.str().c_str()));
+}
+
+void warn_of_implausible(const Case& input, const BeamChain& beam) {
+  const MPI_Comm comm = beam.comm();
+  if (input.gravity < 0.0) {
+    petsc::warn(comm,
+                "-gravity %g m/s^2 pulls upwards; it is the magnitude of a pull downwards, give it without the minus "
+                "if that is meant",
+                input.gravity);
+  }
+  if (input.supports.empty() && !held(input.beam)) {
+    petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
+  }
+  double highest = 0.0;
+  const MassState masses = initial_masses(beam, input.initial);
+  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+    for (std::size_t node = run.first; node < run.last; ++node) {
+      highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_DOUBLE, MPI_MAX, comm);
+  if (highest > kHighFall) {
+    petsc::warn(comm, "the beam starts %g m from a support; lengths are in metres, not millimetres", highest);
+  }
+  if (const auto first = expected_contact(input, beam); first && *first > input.end_time) {
+    petsc::warn(comm,
+                "the first contact is expected at t = %.4g s, after the end of the run at %g s; raise -ts_max_time",
+                *first, input.end_time);
+  }
+}
+
+void warn_of_no_contact(const Case& input, const BeamChain& beam) {
+  const auto first = expected_contact(input, beam);
+  if (!input.supports.empty() && !(first && *first > input.end_time)) {
+    petsc::warn(beam.comm(), "nothing touched a support up to t = %g s; see -udar_view for where they are",
+                input.end_time);
+  }
+}
+
+}  // namespace udar::app

@@ -1,0 +1,67 @@
+#include "udar/app/output_size.hpp"
+
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <string>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar::app {
+namespace {
+
+// A day of reading CSV, without the row at the start, and what fits beside other runs on a laptop's disk.
+constexpr double kMostRows = 1e6;
+constexpr double kMostBytes = 1e10;
+constexpr auto kCountable = static_cast<double>(std::numeric_limits<PetscInt>::max());
+
+// A number in a CSV file with its comma, as 17 digits, sign, point and exponent at the longest; in results.h5.
+constexpr double kText = 25.0;
+constexpr double kBinary = 8.0;
+// Columns of energy.csv; those of contact.csv before the supports'; of a support there, and of a gauge.
+constexpr double kEnergyColumns = 12.0;
+constexpr double kZoneColumns = 4.0;
+constexpr double kSupportColumns = 2.0;
+constexpr double kGaugeColumns = 3.0;
+// Four fields and one byte of a node in a row of fields.
+constexpr double kNodeBytes = 4.0 * kBinary + 1.0;
+
+double rows_of(double interval, double end) { return interval > 0.0 ? end / interval + 1.0 : 0.0; }
+
+}  // namespace
+
+OutputSize output_size(const Case& input) {
+  double nodes = 0.0;
+  for (const BeamSegment& segment : input.beam.segments) {
+    nodes += static_cast<double>(segment.elements) + 1.0;
+  }
+  const double contact = kZoneColumns + kSupportColumns * static_cast<double>(input.supports.size());
+  const double gauges = kGaugeColumns * static_cast<double>(input.gauges.size());
+  OutputSize size{.rows = rows_of(input.output.interval, input.end_time),
+                  .field_rows = rows_of(input.output.field_interval, input.end_time)};
+  size.bytes = size.rows * (kText * (1.0 + gauges) + (kText + kBinary) * (kEnergyColumns + contact)) +
+               size.field_rows * kNodeBytes * nodes;
+  return size;
+}
+
+void refuse_large_output(const Case& input) {
+  const OutputSize size = output_size(input);
+  const bool fields = size.field_rows > size.rows || size.rows <= kMostRows + 1.0;
+  const double rows = fields ? size.field_rows : size.rows;
+  const bool countable = size.rows < kCountable && size.field_rows < kCountable;
+  const bool small = size.rows <= kMostRows + 1.0 && size.field_rows <= kMostRows + 1.0 && size.bytes <= kMostBytes;
+  if (small || (countable && input.output.allow_large)) {
+    return;
+  }
+  std::array<char, 320> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "option %s: %g is not allowed, it asks for %.3g rows up to -ts_max_time %g s, and for some %.2g GB in all; "
+      "expected a longer interval [s]%s",
+      fields ? "-output_field_interval" : "-output_interval",
+      fields ? input.output.field_interval : input.output.interval, rows, input.end_time, size.bytes / 1e9,
+      countable ? ", or -output_allow_large true for more than 1e6 rows or 10 GB" : ": so many rows are not counted");
+  throw InputError{text.data()};
+}
+
+}  // namespace udar::app
