@@ -1,4 +1,5 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, nlohmann_json, Boost's headers.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, yaml-cpp, nlohmann_json, Boost's
+# headers.
 # All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
@@ -37,6 +38,7 @@ endforeach()
 
 pkg_check_modules(UDAR_PETSC REQUIRED IMPORTED_TARGET PETSc>=3.18)
 pkg_check_modules(UDAR_SLEPC REQUIRED IMPORTED_TARGET slepc>=3.18)
+pkg_check_modules(UDAR_YAML REQUIRED IMPORTED_TARGET yaml-cpp>=0.6)
 pkg_search_module(UDAR_HDF5 REQUIRED IMPORTED_TARGET hdf5-openmpi hdf5-mpich hdf5)
 foreach(package UDAR_PETSC UDAR_SLEPC UDAR_HDF5)
   # Debian's .pc files carry the package's own build flags, among them _FORTIFY_SOURCE, which needs optimisation.

@@ -5,8 +5,8 @@ namespace {
 constexpr const char* kHelp =
     "udar: impact of elastic beams on rigid supports by the filter method\n"
     "\n"
-    "usage:  udar -options_file case.yaml [-key value ...]\n"
-    "        mpirun -n 4 udar -options_file case.yaml -filter_frequency 100 -output_directory run\n"
+    "usage:  udar case.yaml [-key value ...]\n"
+    "        mpirun -n 4 udar case.yaml -filter_frequency 100 -output_directory run\n"
     "\n"
     "A beam with lumped masses falls on rigid supports. The masses are tied to the massless elastic line by springs "
     "of\n"
@@ -15,7 +15,8 @@ constexpr const char* kHelp =
     "line, which wins. Integrator options start with -ts_ (default: -ts_type chebyshev where at most ten\n"
     "nodes can touch a support, else impact; -ts_type rk is -ts_rk_type 5dp), solver options with -filter_ksp_ and\n"
     "-filter_pc_.\n"
-    "Each line reads: key <value now>, what it takes [unit], range; then what it means.\n";
+    "Each line reads: key <value now>, what it takes [unit], range; then what it means.\n"
+    "-help support shows the keys with that word alone, -help ts and -help pc those of PETSc; -version who is who.\n";
 
 }  // namespace
 

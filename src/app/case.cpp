@@ -517,7 +517,7 @@ void read_contact(MPI_Comm comm, Case& input) {
   double floor_height = 0.0;
   std::string ground_file;
   Numbers yield_speed{kInfinity};
-  Strings motion;
+  Strings motion{"none"};
   Numbers stiffness{kInfinity};
   Numbers damping{0.0};
   group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
@@ -552,7 +552,7 @@ void read_contact(MPI_Comm comm, Case& input) {
   group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support; default 1e-10 of the motion's own "
              "scale");
-  group.strings(
+  const bool motion_given = group.strings(
       "-support_motion", motion,
       "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
       "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
@@ -572,7 +572,7 @@ void read_contact(MPI_Comm comm, Case& input) {
   side = per_support("-support_side", side, side_given);
   stiffness = per_support("-support_stiffness", stiffness, stiffness_given);
   damping = per_support("-support_damping", damping, damping_given);
-  if (!motion.empty()) {
+  if (motion_given) {
     motion = petsc::one_per("-support_motion", motion, count, "one per -support_position");
   }
   if (!ground_file.empty() && (floor || floor_height_given)) {
@@ -604,7 +604,7 @@ void read_contact(MPI_Comm comm, Case& input) {
                               .yield_speed = yield_speed[i],
                               .stiffness = stiffness[i],
                               .damping = damping[i]});
-    if (!motion.empty() && motion[i] != "none") {
+    if (motion_given && motion[i] != "none") {
       input.supports.back().motion = read_motion(comm, motion[i]);
     }
     if (damping[i] > 0.0 && !input.supports.back().elastic()) {

@@ -2,17 +2,27 @@
 /// What makes libudar a plug-in of any PETSc program: `-dll_append libudar.so -pc_type chain -ts_type
 /// chebyshev`.
 
+#include "udar/app/run.hpp"
 #include "udar/dynamics/ts_chebyshev.hpp"
 #include "udar/dynamics/ts_impact.hpp"
 #include "udar/dynamics/ts_moreau.hpp"
 #include "udar/filter/pc_chain.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::app {
+
+void register_types() {
+  UDAR_CALL(register_pc_chain());
+  UDAR_CALL(register_ts_chebyshev());
+  UDAR_CALL(register_ts_impact());
+  UDAR_CALL(register_ts_moreau());
+}
+
+}  // namespace udar::app
 
 /// PETSc calls this by name, made of the library's, when it loads libudar.
 PETSC_EXTERN PetscErrorCode PetscDLLibraryRegister_udar() {
   PetscFunctionBeginUser;
-  PetscCall(udar::register_pc_chain());
-  PetscCall(udar::register_ts_chebyshev());
-  PetscCall(udar::register_ts_impact());
-  PetscCall(udar::register_ts_moreau());
+  PetscCall(udar::petsc::guarded(udar::app::register_types));
   PetscFunctionReturn(0);
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -247,6 +248,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
   const StopSignals signals;
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
+  register_types();
+  petsc::check_petsc_options();
   Case input = read_case(comm);
   const bool help = petsc::Session::help_requested();
   if (help && input.filter.filter_frequency == 0.0) {
@@ -395,11 +398,32 @@ std::string failure_of(MPI_Comm comm, const std::function<void()>& body) {
   return failure;
 }
 
+namespace {
+
+void print_versions(MPI_Comm comm) {
+  std::map<std::string, std::string> versions = io::library_versions();
+  UDAR_CALL(PetscPrintf(comm, "udar %s\n", versions.extract("udar").mapped().c_str()));
+  for (const auto& [library, version] : versions) {
+    UDAR_CALL(PetscPrintf(comm, "  %-6s %s\n", library.c_str(), version.c_str()));
+  }
+}
+
+}  // namespace
+
 int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm)) {
   int code = 0;
   try {
     const petsc::Session session{argc, argv, help};
-    const std::string failure = failure_of(PETSC_COMM_WORLD, [&] { code = program(PETSC_COMM_WORLD); });
+    if (session.version_requested()) {
+      print_versions(PETSC_COMM_WORLD);
+      return 0;
+    }
+    const std::string failure = failure_of(PETSC_COMM_WORLD, [&] {
+      code = program(PETSC_COMM_WORLD);
+      if (petsc::Session::help_found_nothing()) {
+        throw InputError{"-help: no key of that topic; topics are words of keys, such as beam, filter, support, ts"};
+      }
+    });
     if (!failure.empty()) {
       code = 1;
       if (petsc::Session::on_first_rank()) {

@@ -9,6 +9,7 @@
 
 #include "udar/petsc/error.hpp"
 #include "udar/version.hpp"
+#include "udar_revision.hpp"
 
 namespace udar::io {
 
@@ -16,7 +17,8 @@ std::map<std::string, std::string> library_versions() {
   const auto dotted = [](auto major, auto minor, auto patch) {
     return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
   };
-  std::map<std::string, std::string> versions{{"udar", kVersion}};
+  const std::string commit{kRevision};
+  std::map<std::string, std::string> versions{{"udar", kVersion + (commit.empty() ? "" : " (git " + commit + ")")}};
 
   PetscInt petsc_major = 0;
   PetscInt petsc_minor = 0;

@@ -2,42 +2,23 @@
 
 #include <petscoptions.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <set>
+#include <optional>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
+#include "petsc/help.hpp"
+#include "petsc/option_keys.hpp"
 #include "udar/petsc/session.hpp"
-#include "udar/petsc/warnings.hpp"
 
 namespace udar::petsc {
 namespace {
-
-constexpr std::array kOwnGroups = {"damping_", "ground_",  "beam_",  "structure_", "filter_", "support_",
-                                   "contact_", "initial_", "load_",  "gauge_",     "output_", "restart_",
-                                   "udar_",    "bench_",   "study_", "gravity",    "floor"};
-/// What PETSc and SLEPc put behind the prefix of the line solver, nested solvers included.
-constexpr std::array kSolverGroups = {"filter_ksp_",       "filter_pc_",         "filter_mat_",    "filter_sub_",
-                                      "filter_mg_",        "filter_eps_",        "filter_st_",     "filter_redundant_",
-                                      "filter_telescope_", "filter_fieldsplit_", "filter_esteig_", "filter_inner_",
-                                      "filter_schwarz_",   "filter_moment_",     "contact_tao_"};
-/// PETSc's that are often asked for, by name: a slip in one of them would go unseen, too.
-constexpr std::array kPetscKeys = {"-ts_type",       "-ts_monitor",   "-ts_max_steps", "-ts_rk_type",
-                                   "-ts_adapt_type", "-options_file", "-log_view",     "-ts_impact_moments"};
-/// What PETSc reads when everything else is done.
-constexpr std::array kLateGroups = {"ts_view", "options_", "log_",     "malloc",
-                                    "memory_", "objects_", "mat_view", "mpidump"};
-/// A key nobody has read that is so many slips from a known one is taken for it.
-constexpr std::size_t kSlips = 2;
-
-std::set<std::string>& known_keys() {
-  static std::set<std::string> keys{kPetscKeys.begin(), kPetscKeys.end()};
-  return keys;
-}
 
 std::string number(double value) {
   std::array<char, 32> text{};
@@ -57,30 +38,21 @@ std::string joined(const std::vector<T>& values, const std::function<std::string
 std::string with_unit(const char* unit) { return std::string_view{unit} == "-" ? "" : std::string{" ["} + unit + "]"; }
 
 [[noreturn]] void refuse(const char* key, const std::string& word, const std::string& expected) {
-  throw InputError{std::string{"option "} + key + ": '" + word + "' is not allowed, expected " + expected};
+  throw InputError{std::string{"option "} + key + ": '" + word + "' is not allowed, expected " + expected +
+                   place_of(key)};
 }
 
-/// Fewest insertions, deletions, replacements and swaps of neighbours that turn one word into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<std::size_t>> cost(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) {
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        cost[i][j] = i + j;
-        continue;
-      }
-      const std::size_t replaced = cost[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-      cost[i][j] = std::min({replaced, cost[i - 1][j] + 1, cost[i][j - 1] + 1});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        cost[i][j] = std::min(cost[i][j], cost[i - 2][j - 2] + 1);
-      }
-    }
+/// What `word` stands for if it leaves an entry of a list to the default of its option.
+template <class T>
+std::optional<T> left_to_default(const char* key, const std::string& word, const std::vector<T>& defaults,
+                                 const std::string& expected) {
+  if (word != kDefaultWord) {
+    return std::nullopt;
   }
-  return cost[a.size()][b.size()];
-}
-
-bool starts_with_any(std::string_view key, std::span<const char* const> prefixes) {
-  return std::ranges::any_of(prefixes, [key](const char* prefix) { return key.starts_with(prefix); });
+  if (defaults.size() != 1) {
+    refuse(key, word, expected + ": this option has no default, every entry needs a value");
+  }
+  return defaults.front();
 }
 
 }  // namespace
@@ -105,11 +77,8 @@ std::string Range::text() const {
   return above ? "<= " + number(highest) : "finite";
 }
 
-OptionGroup::OptionGroup(MPI_Comm comm, const char* title) : comm_{comm}, print_help_{Session::help_requested()} {
-  if (print_help_) {
-    UDAR_CALL(PetscPrintf(comm_, "\n%s\n", title));
-  }
-}
+OptionGroup::OptionGroup(MPI_Comm comm, const char* title)
+    : comm_{comm}, title_{title}, print_help_{Session::help_requested()} {}
 
 std::vector<std::string> OptionGroup::raw(const char* key, bool& given) const {
   known_keys().insert(key);
@@ -127,10 +96,14 @@ std::vector<std::string> OptionGroup::raw(const char* key, bool& given) const {
   return words;
 }
 
-void OptionGroup::help(const char* key, const std::string& now, const std::string& kind,
-                       const std::string& text) const {
-  if (print_help_) {
-    UDAR_CALL(PetscPrintf(comm_, "  %-28s <%s>  %s\n      %s\n", key, now.c_str(), kind.c_str(), text.c_str()));
+void OptionGroup::help(const char* key, const std::string& now, const std::string& kind, const std::string& text) {
+  if (print_help_ && help_shows(key)) {
+    const std::string title = std::exchange(title_, "");
+    constexpr std::size_t kColumn = 28;
+    std::string padded{key};
+    padded.resize(std::max(padded.size(), kColumn), ' ');
+    print_own_help(comm_, (title.empty() ? "" : "\n" + title + "\n") + "  " + padded + " <" + now + ">  " + kind +
+                              "\n      " + text + "\n");
   }
 }
 
@@ -146,8 +119,12 @@ bool OptionGroup::reals(const char* key, std::vector<double>& values, const char
   if (words.empty()) {
     refuse(key, "", expected);
   }
-  values.clear();
+  const std::vector<double> defaults = std::exchange(values, {});
   for (const std::string& word : words) {
+    if (const auto otherwise = left_to_default(key, word, defaults, expected)) {
+      values.push_back(*otherwise);
+      continue;
+    }
     double value = 0.0;
     const std::string_view digits = word.starts_with('+') ? std::string_view{word}.substr(1) : std::string_view{word};
     const auto [end, status] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
@@ -203,8 +180,12 @@ bool OptionGroup::integers(const char* key, std::vector<PetscInt>& values, Range
   if (words.empty()) {
     refuse(key, "", expected);
   }
-  values.clear();
+  const std::vector<PetscInt> defaults = std::exchange(values, {});
   for (const std::string& word : words) {
+    if (const auto otherwise = left_to_default(key, word, defaults, expected)) {
+      values.push_back(*otherwise);
+      continue;
+    }
     PetscInt value = 0;
     const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (status != std::errc{} || end != word.data() + word.size() || !range.contains(static_cast<double>(value))) {
@@ -251,6 +232,9 @@ bool OptionGroup::strings(const char* key, std::vector<std::string>& values, con
   if (words.empty() || std::ranges::any_of(words, &std::string::empty)) {
     throw InputError{std::string{"option "} + key + " needs a value: " + text};
   }
+  for (std::string& word : words) {
+    word = left_to_default(key, word, values, "text").value_or(word);
+  }
   values = std::move(words);
   return true;
 }
@@ -279,54 +263,14 @@ bool OptionGroup::named(const char* key, std::vector<std::string>& words, const 
   if (found.empty()) {
     refuse(key, "", "one of" + list);
   }
-  for (const std::string& word : found) {
+  for (std::string& word : found) {
+    word = left_to_default(key, word, words, "one of" + list).value_or(word);
     if (std::ranges::find(allowed, word) == allowed.end()) {
       refuse(key, word, "one of" + list);
     }
   }
   words = std::move(found);
   return true;
-}
-
-void check_unknown_options(MPI_Comm comm, std::string_view group) {
-  PetscInt count = 0;
-  char** names = nullptr;
-  char** values = nullptr;
-  UDAR_CALL(PetscOptionsLeftGet(nullptr, &count, &names, &values));
-  std::string unknown;
-  std::string unused;
-  std::string unread;
-  std::string nearest;
-  const auto add = [](std::string& list, std::string_view key) {
-    list += std::string{list.empty() ? "-" : ", -"}.append(key);
-  };
-  for (const char* name : std::span{names, static_cast<std::size_t>(count)}) {
-    const std::string_view key{name};
-    if (!key.starts_with(group) || starts_with_any(key, kLateGroups) || !unknown.empty()) {
-      continue;
-    }
-    const std::string option = "-" + std::string{key};
-    nearest = *std::ranges::min_element(known_keys(), {},
-                                        [&option](const std::string& known) { return edit_distance(option, known); });
-    const std::size_t slips = edit_distance(option, nearest);
-    if (slips == 0 || starts_with_any(key, kSolverGroups)) {
-      add(unused, key);
-    } else if (slips <= kSlips || starts_with_any(key, kOwnGroups)) {
-      unknown = option;
-    } else {
-      add(unread, key);
-    }
-  }
-  UDAR_CALL(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
-  if (!unknown.empty()) {
-    throw InputError{"unknown option " + unknown + "; the nearest known option is " + nearest + " (see -help)"};
-  }
-  if (!unused.empty()) {
-    warn(comm, "not used by the chosen solver: %s", unused.c_str());
-  }
-  if (!unread.empty()) {
-    warn(comm, "read by nobody: %s", unread.c_str());
-  }
 }
 
 std::string effective_options() {

@@ -9,17 +9,19 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
-#include <fstream>
+#include <initializer_list>
 #include <map>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "petsc/help.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/option_sources.hpp"
+#include "udar/petsc/options.hpp"
 
 namespace udar::petsc {
 namespace {
@@ -39,20 +41,15 @@ bool& first_rank() {
   return first;
 }
 
-std::vector<std::string>& mutable_options_files() {
-  static std::vector<std::string> files;
-  return files;
-}
-
-/// The scope that is open on this rank, and seconds of each event outside the scopes within it.
+/// The scope that is open on this rank, and what each event came to so far.
 LogScope*& open_scope() {
   static LogScope* scope = nullptr;
   return scope;
 }
 
-std::map<PetscLogEvent, double>& own_seconds() {
-  static std::map<PetscLogEvent, double> seconds;
-  return seconds;
+std::map<PetscLogEvent, EventTotals>& totals_so_far() {
+  static std::map<PetscLogEvent, EventTotals> totals;
+  return totals;
 }
 
 /// Keeps the first message of an error chain and prints nothing.
@@ -92,54 +89,85 @@ void spare_work_spaces(char** argv) {
   }
 }
 
-void insert_options_file(const std::string& path) {
-  std::string failure;
-  errno = 0;
-  std::ifstream file{path};
-  file.peek();  // opening a folder succeeds, reading it does not
-  if (!file.good() && !(file.is_open() && file.eof())) {
-    failure = "option -options_file: cannot read '" + path + "': " + std::strerror(errno != 0 ? errno : EIO);
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value != nullptr ? value : "";
+}
+
+/// Files that the environment names are read here, as those of the command line.
+void keep_back_files_of_environment() {
+  std::vector<std::string> words = option_words(environment("PETSC_OPTIONS"));
+  if (!take_sources(words).empty()) {
+    std::string rest;
+    for (const std::string& word : words) {
+      rest += "\"" + word + "\" ";
+    }
+    setenv("PETSC_OPTIONS", rest.c_str(), 1);
   }
-  throw_together<InputError>(PETSC_COMM_WORLD, failure);
-  const PetscErrorCode code = PetscOptionsInsertFile(PETSC_COMM_WORLD, nullptr, path.c_str(), PETSC_TRUE);
-  if (code != 0) {
-    failure = "option -options_file: '" + path +
-              "' is neither valid YAML (name ends in .yaml or .yml) nor a PETSc options file: " + take_error_message();
+  unsetenv("PETSC_OPTIONS_YAML");
+}
+
+void insert_environment(const std::string& options, const std::string& yaml) {
+  std::vector<std::string> words = option_words(shared_text(options));
+  for (const OptionSource& source : take_sources(words)) {
+    insert_source(source);
   }
-  throw_together<InputError>(PETSC_COMM_WORLD, failure);
-  mutable_options_files().push_back(path);
+  check_option_words(words, " in PETSC_OPTIONS");
+  if (const std::string text = shared_text(yaml); !text.empty()) {
+    insert_source({.kind = OptionSource::Kind::yaml_text, .text = text});
+  }
+}
+
+bool is_any_of(std::string_view word, std::initializer_list<std::string_view> names) {
+  return std::ranges::find(names, word) != names.end();
 }
 
 }  // namespace
 
 Session::Session(int& argc, char**& argv, const char* help) : Session{argc, argv} {
-  if (help_) {
+  if (help_ && help_topic_.empty()) {
     UDAR_CALL(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
+  }
+  if (help_) {
+    set_help_topic(help_topic_);
     UDAR_CALL(PetscOptionsSetValue(nullptr, "-help", nullptr));
   }
-  for (const std::string& file : files_) {
-    insert_options_file(file);
+  insert_environment(environment_[0], environment_[1]);
+  check_option_words(words_);
+  for (const OptionSource& source : sources_) {
+    insert_source(source);
   }
-  if (!files_.empty()) {
-    int count = static_cast<int>(arguments_.size()) - 1;
-    char** values = arguments_.data();
-    UDAR_CALL(PetscOptionsInsert(nullptr, &count, &values, nullptr));
-  }
+  std::ranges::for_each(words_, forget_place);
+  UDAR_CALL(PetscOptionsInsertArgs(nullptr, static_cast<int>(words_.size()), arguments_.data() + 1));  // over the files
+  begin_log_of_files();
 }
 
 // PETSc would abort inside PetscInitialize on a bad options file, and would print pages of general options for -help:
 // both are kept back here and inserted once PETSc is up.
-Session::Session(int argc, char** argv) {
+Session::Session(int argc, char** argv)
+    : environment_{environment("PETSC_OPTIONS"), environment("PETSC_OPTIONS_YAML")} {
   spare_work_spaces(argv);
-  for (int i = 0; i < argc; ++i) {
-    const std::string_view argument{argv[i]};
-    if (argument == "-options_file" && i + 1 < argc) {
-      files_.emplace_back(argv[++i]);
-    } else if (argument == "-help" || argument == "--help" || argument == "-h") {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (!words.empty() && !words.front().starts_with('-')) {
+    words.insert(words.begin(), "-options_file");  // a case file
+  }
+  sources_ = take_sources(words);
+  for (auto word = words.begin(); word != words.end(); ++word) {
+    if (is_any_of(*word, {"-version", "--version"})) {
+      version_ = true;
+    } else if (is_any_of(*word, {"-help", "--help", "-h"})) {
       help_ = true;
+      if (word + 1 != words.end() && !(word + 1)->starts_with('-')) {
+        help_topic_ = *++word;
+      }
     } else {
-      arguments_.push_back(argv[i]);
+      words_.push_back(*word);
     }
+  }
+  keep_back_files_of_environment();
+  arguments_.push_back(argv[0]);
+  for (std::string& word : words_) {
+    arguments_.push_back(word.data());
   }
   int count = static_cast<int>(arguments_.size());
   arguments_.push_back(nullptr);
@@ -151,7 +179,7 @@ Session::Session(int argc, char** argv) {
   UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
   std::signal(SIGPIPE, SIG_IGN);  // `udar -help | head` is no crash
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond the limit is an error of the write, which names it
-  UDAR_CALL(PetscLogDefaultBegin());
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-log_view", &log_begun_));
 
   PetscClassId library = 0;
   LogEvents& events = mutable_log_events();
@@ -165,6 +193,22 @@ Session::Session(int argc, char** argv) {
   UDAR_CALL(PetscLogEventRegister("OutputFields", library, &events.fields));
 }
 
+/// The log that `-log_view` in a file asks for; PETSc has begun the one of the command line.
+void Session::begin_log_of_files() const {
+  const char* form = nullptr;
+  PetscBool asked = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsFindPair(nullptr, nullptr, "-log_view", &form, &asked));
+  if (asked == PETSC_FALSE || log_begun_ == PETSC_TRUE) {
+    return;
+  }
+  const std::string_view name{form != nullptr ? form : ""};
+  if (name.find(":ascii_xml") != std::string_view::npos || name.find(":ascii_flamegraph") != std::string_view::npos) {
+    UDAR_CALL(PetscLogNestedBegin());
+  } else {
+    UDAR_CALL(PetscLogDefaultBegin());
+  }
+}
+
 Session::~Session() {
   PetscPopErrorHandler();
   SlepcFinalize();
@@ -172,13 +216,15 @@ Session::~Session() {
 
 bool Session::on_first_rank() { return first_rank(); }
 
+bool Session::help_found_nothing() { return petsc::help_found_nothing(); }
+
 bool Session::help_requested() {
   PetscBool help = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasHelp(nullptr, &help));
   return help == PETSC_TRUE;
 }
 
-const std::vector<std::string>& Session::options_files() { return mutable_options_files(); }
+const std::vector<std::string>& Session::options_files() { return inserted_files(); }
 
 std::string take_error_message() { return std::exchange(error_message(), {}); }
 
@@ -187,22 +233,40 @@ const LogEvents& log_events() { return mutable_log_events(); }
 LogScope::LogScope(PetscLogEvent event) : event_{event} {
   if (event_ >= 0) {
     around_ = std::exchange(open_scope(), this);
-    PetscTime(&begin_);
     PetscLogEventBegin(event_, 0, 0, 0, 0);
+    before_ = traffic();
+    PetscTime(&begin_);
   }
 }
 
 LogScope::~LogScope() {
   if (event_ >= 0) {
-    PetscLogEventEnd(event_, 0, 0, 0, 0);
     PetscLogDouble end = 0.0;
     PetscTime(&end);
-    own_seconds()[event_] += end - begin_ - inside_;
+    EventTotals& totals = totals_so_far()[event_];
+    totals.own += end - begin_ - inside_;
+    if (!within_itself()) {
+      const Traffic now = traffic();
+      totals.seconds += end - begin_;
+      ++totals.calls;
+      totals.traffic.messages += now.messages - before_.messages;
+      totals.traffic.message_bytes += now.message_bytes - before_.message_bytes;
+      totals.traffic.reductions += now.reductions - before_.reductions;
+    }
+    PetscLogEventEnd(event_, 0, 0, 0, 0);
     open_scope() = around_;
     if (around_ != nullptr) {
       around_->inside_ += end - begin_;
     }
   }
+}
+
+bool LogScope::within_itself() const noexcept {
+  const LogScope* scope = around_;
+  while (scope != nullptr && scope->event_ != event_) {
+    scope = scope->around_;
+  }
+  return scope != nullptr;
 }
 
 Traffic traffic() {
@@ -212,18 +276,8 @@ Traffic traffic() {
 }
 
 EventTotals event_totals(PetscLogEvent event) {
-  EventTotals totals;
-  if (event < 0) {
-    return totals;
-  }
-  PetscEventPerfInfo info;
-  UDAR_CALL(PetscLogEventGetPerfInfo(PETSC_DEFAULT, event, &info));
-  totals.seconds = info.time;
-  totals.own = own_seconds()[event];
-  totals.calls = static_cast<PetscInt>(info.count);
-  totals.traffic = {
-      .messages = 0.5 * info.numMessages, .message_bytes = 0.5 * info.messageLength, .reductions = info.numReductions};
-  return totals;
+  const auto found = totals_so_far().find(event);
+  return found != totals_so_far().end() ? found->second : EventTotals{};
 }
 
 }  // namespace udar::petsc

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/options.hpp"
 
 namespace udar::study {
 
@@ -245,6 +246,7 @@ inline std::vector<Series> read_series(const std::string& text) {
     if (!options.empty() && !options.starts_with('-')) {
       throw InputError{"option -study_series: '" + options + "' is not allowed, expected options like -key value"};
     }
+    petsc::check_option_words(petsc::option_words(options), " in -study_series '" + name + "'");
     PetscOptions parsed = nullptr;
     UDAR_CALL(PetscOptionsCreate(&parsed));
     UDAR_CALL(PetscOptionsInsertString(parsed, options.c_str()));

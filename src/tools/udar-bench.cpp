@@ -336,6 +336,8 @@ void refuse_correction(const app::FilterInput& filter) {
 }
 
 int run_bench(MPI_Comm comm) {
+  app::register_types();
+  petsc::check_petsc_options();
   PetscBool frequency_given = PETSC_FALSE;
   UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &frequency_given));
   if (frequency_given == PETSC_FALSE) {

@@ -84,6 +84,8 @@ Wishes read_wishes(MPI_Comm comm) {
     return wishes;
   }
   petsc::check_unknown_options(comm, "study_");
+  app::register_types();
+  petsc::check_petsc_options();
   for (std::string& key : wishes.request.axes) {
     key = study::with_dash(key).substr(1);
   }
@@ -241,6 +243,10 @@ std::string write_file(const std::string& path, const std::string& text) {
 
 int run_study(MPI_Comm comm) {
   const app::StopSignals signals;  // also between the runs
+  if (petsc::effective_options().empty()) {
+    UDAR_CALL(PetscPrintf(comm, "%s", kHelp));
+    return 1;
+  }
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   Wishes wishes = read_wishes(comm);
@@ -323,11 +329,4 @@ int run_study(MPI_Comm comm) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  std::vector<char*> arguments(argv, argv + argc);
-  std::string key{"-options_file"};
-  if (argc > 1 && argv[1][0] != '-') {
-    arguments.insert(arguments.begin() + 1, key.data());
-  }
-  return udar::app::guarded_main(static_cast<int>(arguments.size()), arguments.data(), kHelp, run_study);
-}
+int main(int argc, char** argv) { return udar::app::guarded_main(argc, argv, kHelp, run_study); }

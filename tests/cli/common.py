@@ -94,15 +94,15 @@ def command(options, ranks=0, extra=()):
     return start + [UDAR] + arguments(options) + list(extra)
 
 
-def start(line, **keywords):
+def start(line, environment=(), **keywords):
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen(line, text=True, env=ENVIRONMENT, **pipes, **keywords)
+    return subprocess.Popen(line, text=True, env={**ENVIRONMENT, **dict(environment)}, **pipes, **keywords)
 
 
-def run(options, ranks=0, extra=(), timeout=60, cwd=None):
+def run(options, ranks=0, extra=(), timeout=60, cwd=None, environment=()):
     """Runs the program to its end; a run that hangs is ended and raises TimeoutError."""
     line = command(options, ranks, extra)
-    process = start(line, cwd=cwd)
+    process = start(line, environment, cwd=cwd)
     try:
         out, err = process.communicate(timeout=timeout)
     except subprocess.TimeoutExpired:

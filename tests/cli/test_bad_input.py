@@ -253,9 +253,19 @@ REFUSED = {
     ),
     "missing_yaml": ({"options_file": "absent.yaml"}, ["absent.yaml"]),
     "yaml_is_a_folder": ({"options_file": "folder.yaml"}, ["folder.yaml"]),
-    "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml"]),
-    "unknown_key_in_yaml": ({"options_file": "unknown.yaml"}, ["-beam_lenght", "-beam_length"]),
-    "wrong_value_in_yaml": ({"options_file": "wrong.yaml", "beam_density": None}, ["-beam_density", "-1", "[kg/m^3]"]),
+    "malformed_yaml": ({"options_file": "malformed.yaml"}, ["malformed.yaml", "line 2 column 13"]),
+    "unknown_key_in_yaml": (
+        {"options_file": "unknown.yaml"},
+        ["-beam_lenght", "unknown.yaml line 2", "-beam_length"],
+    ),
+    "wrong_value_in_yaml": (
+        {"options_file": "wrong.yaml", "beam_density": None},
+        ["-beam_density", "-1", "[kg/m^3]", "wrong.yaml line 1"],
+    ),
+    "object_without_position": (
+        {"options_file": "placeless.yaml", "support_position": None},
+        ["-support_position", "every entry needs a value", "placeless.yaml line 1"],
+    ),
     "force_window_below_half_a_filter_period": (
         {"output_force_window": 0.03},
         ["-output_force_window", "0.03", ">= pi / -filter_frequency = 0.0314159", "[s]"],
@@ -290,12 +300,27 @@ REFUSED = {
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),
+    "krylov_method_without_prefix": ({"ksp_type": "gmres"}, ["-ksp_type", "did you mean -filter_ksp_type"]),
+    "preconditioner_without_prefix": ({"pc_type": "lu"}, ["-pc_type", "did you mean -filter_pc_type"]),
+    "matrix_without_prefix": ({"mat_type": "aij"}, ["-mat_type", "did you mean -filter_mat_type"]),
+    "nonlinear_solver": ({"snes_type": "newtonls"}, ["-snes_type", "-filter_ksp_", "-contact_tao_"]),
     "implicit_theta": ({"ts_type": "theta"}, ["-ts_type", "theta", "explicit"]),
     "implicit_beuler": ({"ts_type": "beuler"}, ["-ts_type", "beuler", "explicit"]),
-    "unknown_integrator": ({"ts_type": "nonsense"}, ["nonsense"]),
-    "unknown_runge_kutta": ({"ts_rk_type": "nonsense"}, ["-ts_rk_type", "nonsens", "5dp"]),
-    "unknown_preconditioner": ({"filter_pc_type": "nonsense"}, ["nonsense"]),
-    "unknown_solver": ({"filter_ksp_type": "nonsense"}, ["nonsense"]),
+    "unknown_integrator": ({"ts_type": "chebishev"}, ["-ts_type", "chebishev", "nearest is chebyshev", "impact"]),
+    "unknown_runge_kutta": ({"ts_rk_type": "5pd"}, ["-ts_rk_type", "5pd", "nearest is 5dp", "8vr"]),
+    "unknown_step_control": ({"ts_adapt_type": "basik"}, ["-ts_adapt_type", "basik", "nearest is basic", "none"]),
+    "unknown_preconditioner": ({"filter_pc_type": "chan"}, ["-filter_pc_type", "chan", "nearest is chain"]),
+    "unknown_nested_preconditioner": (
+        {"filter_pc_type": "asm", "filter_sub_pc_type": "luu"},
+        ["-filter_sub_pc_type", "luu", "nearest is lu,"],
+    ),
+    "unknown_solver": ({"filter_ksp_type": "gmress"}, ["-filter_ksp_type", "gmress", "nearest is gmres,"]),
+    "unknown_optimiser": ({"contact_tao_type": "blmvn"}, ["-contact_tao_type", "nearest is blmvm,"]),
+    "unknown_matrix": ({"filter_mat_type": "aji"}, ["-filter_mat_type", "aji", "nearest is aij,"]),
+    "unknown_package": (
+        {"filter_pc_type": "lu", "filter_pc_factor_mat_solver_type": "mups"},
+        ["-filter_pc_factor_mat_solver_type", "mups", "petsc"],
+    ),
 }
 
 # Only the first line solve can find these out.
@@ -318,6 +343,32 @@ FAILING = {
     ),
 }
 
+# Words of a command line after those of the case: what the message must contain.
+WORDS = {
+    ("-support_position", "2,", "8"): ["'8'", "-support_position", "without blanks: -support_position 2,8"],
+    ("-support_position", "2", "8", "9"): ["'8'", "without blanks: -support_position 2,8,9"],
+    ("-gravity", "1", "other.yaml"): ["'other.yaml'", "the case file comes first", "-options_file"],
+    ("-gravity", "1", "beam_length=10"): ["'beam_length=10'", "-key value"],
+    ("-gravity", "1", "\N{EN DASH}beam_length", "10"): ["beam_length'", "dash"],
+    ("--beam_length", "10"): ["'--beam_length'", "one dash: -beam_length"],
+    ("-beam_length=10",): ["'-beam_length=10'", "with a blank: -beam_length 10"],
+    ("-options_file",): ["-options_file", "name of a case file"],
+}
+
+# What a YAML file must not hold: what the message must contain besides the file's name.
+YAML = {
+    "beam_length: 10\nbeam:\n  length: 12\n": ["line 3 column 3", "beam_length", "again, after line 1"],
+    "support_position: [[2, 8], 5]\n": ["line 1 column 20", "list within the list", "support_position: [2, 8]"],
+    "support: [{position: 2}, 8]\n": ["line 1 column 26", "support: [{position: 2}, {position: 8}]"],
+    "support_position: []\n": ["line 1", "empty list", "leave the key out"],
+    "- beam_length: 10\n": ["line 1 column 1", "beam_length: 10"],
+    "beam_length 10\n": ["line 1 column 1", "beam_length: 10"],
+    "beam:\n\tlength: 10\n": ["line 2"],
+    "-beam_length: 10\n": ["line 1 column 1", "-beam_length", "without dash"],
+    "beam_length: 10\n---\nbeam_length: 12\n": ["several YAML documents"],
+    "beam_length: 10\nbeam_left_end: fr\xe9e\n": ["line 2", "UTF-8"],
+}
+
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
     "absurd.csv": "0,0\n0.02,1e30\n0.1,0\n",
@@ -336,7 +387,8 @@ FILES = {
     "spike.csv": "0,0\n2.5,0.01\n5,-64886798321540.64\n7.5,0.01\n10,0\n",
     "shot.csv": "0,0,0.1\n2.5,0.01,-0.2\n7.5,0.02,-0.2\n10,0,184461147559898.47\n",
     "malformed.yaml": "beam_length: [10, 20\nbeam_density: }\n",
-    "unknown.yaml": "beam_lenght: 10\n",
+    "unknown.yaml": "gravity: 9.81\nbeam_lenght: 10\n",
+    "placeless.yaml": "support: [{position: 2, width: 1}, {width: 1}]\n",
     "wrong.yaml": "beam_density: -1\n",
 }
 
@@ -406,6 +458,25 @@ class BadInput(UdarTest):
     def test_the_unchanged_case_is_accepted(self):
         for ranks in LAUNCHES:
             self.run_case(case(ts_max_time=0.02), ranks, name=f"good{ranks}")
+
+    def test_words_that_belong_to_no_option(self):
+        for words, wanted in WORDS.items():
+            with self.subTest(words=words):
+                self.check(run(case(), 0, words, cwd=self.folder), wanted, 0)
+        for name, text, wanted in (
+            ("PETSC_OPTIONS", "-support_position 2, 8", ["'8'", "in PETSC_OPTIONS", "-support_position 2,8"]),
+            ("PETSC_OPTIONS", "-options_file unknown.yaml", ["-beam_lenght", "unknown.yaml line 2"]),
+            ("PETSC_OPTIONS_YAML", "beam_lenght: 10", ["-beam_lenght", "-beam_length"]),
+        ):
+            with self.subTest(variable=name, text=text):
+                self.check(run(case(), 0, cwd=self.folder, environment={name: text}), wanted, 0)
+
+    def test_what_yaml_must_not_hold(self):
+        path = self.scratch / "case.yaml"
+        for text, wanted in YAML.items():
+            with self.subTest(text=text):
+                path.write_bytes(text.encode("latin-1"))
+                self.check(run({"options_file": path}), [str(path), *wanted], 0)
 
     def test_existing_run_is_refused_unless_told(self):
         options = case(ts_max_time=0.02, output_directory="done")

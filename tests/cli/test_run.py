@@ -587,6 +587,46 @@ class Printing(UdarTest):
             self.assertIn(unit, result.out)
         self.assertEqual(list(self.scratch.iterdir()), [], "-help writes nothing")
 
+    def test_help_of_a_topic(self):
+        ours = self.run_case({"help": "support"}).out
+        keys = [line.split()[0] for line in ours.splitlines() if line.startswith("  -")]
+        self.assertIn("-support_position", keys)
+        self.assertEqual([key for key in keys if "support" not in key], [], ours)
+        self.assertNotIn("usage:", ours)
+        petsc = self.run_case({"help": "ts"}).out
+        self.assertIn("  -ts_max_time", petsc)
+        self.assertIn("  -ts_adapt_type", petsc, "PETSc's own")
+        self.assertNotIn("  -filter", petsc)
+        self.assertIn("no key of that topic", run({"help": "suport"}).errors[0])
+
+    def test_version(self):
+        for key in ("-version", "--version"):
+            out = run({}, extra=[key]).out
+            self.assertRegex(out, r"^udar \d+\.\d+\.\d+")
+            for library in ("petsc", "slepc", "hdf5", "mpi"):
+                self.assertRegex(out, rf"{library} +\S")
+
+    def test_supports_as_objects(self):
+        path = self.scratch / "case.yaml"
+        path.write_text("support:\n  - {position: 2, width: 0.5}\n  - {position: 8, height: 0.1}\n")
+        objects = self.run_case(case(support_position=None, ts_max_time=0.5, options_file=path), name="objects")
+        lists = self.run_case(case(support_width="0.5,0", support_height="0,0.1", ts_max_time=0.5), name="lists")
+        for name, column in lists.csv("gauges.csv").items():
+            np.testing.assert_array_equal(objects.csv("gauges.csv")[name], column)
+
+    def test_logs_of_petsc(self):
+        """Each form of -log_view, from the command line and from a file, beside the costs in summary.json."""
+        for form, word in (("ascii_flamegraph", "FilterSolve"), ("ascii_xml", "<?xml"), ("ascii_info", "FilterSolve")):
+            path = self.scratch / f"log.{form}"
+            options = self.scratch / "log.yaml"
+            options.write_text(f"log_view: ':{path}:{form}'\n")
+            for source in ({"log_view": f":{path}:{form}"}, {"options_file": options}):
+                with self.subTest(form=form, source=source):
+                    path.unlink(missing_ok=True)
+                    done = self.run_case(case(ts_max_time=0.5, output_overwrite=True, **source), name="logged")
+                    self.assertIn(word, path.read_text())
+                    self.assertGreater(done.summary()["wall_seconds"]["line_solve"], 0)
+
     def test_quiet_under_mpiexec(self):
         """mpiexec gives every rank a terminal of its own; what the user reads is still a pipe."""
         result = self.run_case(case(beam_elements=400, support_width=1), 2)  # seconds, not milliseconds

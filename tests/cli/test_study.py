@@ -296,6 +296,11 @@ class BadInput(StudyTest):
         self.assertEqual((self.scratch / "study/study.json").read_text(), before)
         self.study({"filter_frequency": 100, "output_overwrite": True})
 
+    def test_without_arguments_it_says_how_it_is_used(self):
+        result = subprocess.run([STUDY], capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("usage:  udar-study case.yaml", result.stdout)
+
     def test_help(self):
         command = [STUDY, "-help"]
         result = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)

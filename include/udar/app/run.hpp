@@ -13,6 +13,10 @@
 
 namespace udar::app {
 
+/// @brief Makes udar's types known to PETSc: `-ts_type` chebyshev, impact, moreau and `-filter_pc_type` chain.
+/// @note Not collective. May be called again.
+void register_types();
+
 /// @brief What a run came to.
 struct RunResult {
   int exit_code = 0;    ///< 0: reached its end, or `-help`; 3: ended by `-ts_max_steps`; 128 + signal: by a signal

@@ -101,9 +101,10 @@ class OptionGroup {
   bool named(const char* key, std::vector<std::string>& words, const std::vector<std::string>& allowed,
              const char* text);
   std::vector<std::string> raw(const char* key, bool& given) const;
-  void help(const char* key, const std::string& now, const std::string& kind, const std::string& text) const;
+  void help(const char* key, const std::string& now, const std::string& kind, const std::string& text);
 
   MPI_Comm comm_;
+  std::string title_;  ///< until it is printed
   bool print_help_;
 };
 
@@ -128,6 +129,19 @@ template <class T>
   throw InputError{std::string{"option "} + key + ": " + std::to_string(values.size()) + " values given, expected " +
                    (count > 1 ? "1 or " : "") + expected};
 }
+
+/// @brief Text split at blanks, as PETSc does: what stands in quotes is one word.
+[[nodiscard]] std::vector<std::string> option_words(const std::string& text);
+
+/// @brief Refuses words that PETSc would skip or take for something else: one that belongs to no option, `--key`,
+/// `-key=value`. @param[in] place " in ...", where the words stand; empty: the command line
+/// @throws InputError naming the word and the likely cause
+void check_option_words(std::span<const std::string> words, const std::string& place = {});
+
+/// @brief Refuses, of the keys that nobody has read yet, those of PETSc's solvers that lack their prefix and names of
+/// types that PETSc does not know, and names the nearest. @note Call before the first `SetFromOptions`.
+/// @throws InputError
+void check_petsc_options();
 
 /// @brief Refuses a key that nobody has read if it is of one of udar's groups or one or two slips from a known one, and
 /// names the nearest known key; others that nobody has read are reported on standard error.

@@ -4,25 +4,33 @@
 
 #include <petscsys.h>
 
+#include <array>
 #include <string>
 #include <vector>
+
+#include "udar/petsc/option_sources.hpp"
 
 namespace udar::petsc {
 
 /// @brief Initialises MPI, PETSc and SLEPc for the life of the object.
 ///
-/// Files named by `-options_file` (PETSc's own text or YAML form) are inserted here, before the command line, which
-/// therefore wins. From here on a failing PETSc call prints nothing by itself: its message travels in `petsc::Error`.
-/// @note Collective over `MPI_COMM_WORLD`. Options: `-options_file`
+/// A first word without a dash is a case file, as are those named by `-options_file` (YAML, or PETSc's own text form).
+/// They are inserted here, over `.petscrc` and `PETSC_OPTIONS` and below the command line. From here on a failing PETSc
+/// call prints nothing by itself: its message travels in `petsc::Error`.
+/// @note Collective over `MPI_COMM_WORLD`. Options: `-options_file`, `-options_file_yaml`, `-options_string_yaml`
 class Session {
  public:
   /// @param help printed first by `-help`
-  /// @throws InputError if an options file cannot be read or parsed
+  /// @throws InputError if an options file cannot be read or parsed, or a word belongs to no option
   Session(int& argc, char**& argv, const char* help);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
 
+  /// Whether `-version` was given.
+  [[nodiscard]] bool version_requested() const noexcept { return version_; }
+  /// Whether `-help TOPIC` found no key of that topic.
+  [[nodiscard]] static bool help_found_nothing();
   /// Whether `-help` was given.
   [[nodiscard]] static bool help_requested();
   /// Whether this is rank 0 of `PETSC_COMM_WORLD`; also valid after the session has ended.
@@ -32,10 +40,16 @@ class Session {
 
  private:
   Session(int argc, char** argv);
+  void begin_log_of_files() const;
 
-  std::vector<std::string> files_;
-  std::vector<char*> arguments_;  // ends with a null pointer
+  std::array<std::string, 2> environment_;  // PETSC_OPTIONS, PETSC_OPTIONS_YAML as they were
+  std::vector<OptionSource> sources_;       // in the order of the command line
+  std::vector<std::string> words_;          // the rest of the command line
+  std::vector<char*> arguments_;            // these as PETSc wants them, with the program's name and a null pointer
+  std::string help_topic_;
+  PetscBool log_begun_ = PETSC_FALSE;
   bool help_ = false;
+  bool version_ = false;
 };
 
 /// @brief The message of the PETSc error that was raised last on this rank, empty if none; reading clears it.
@@ -53,21 +67,6 @@ struct LogEvents {
 };
 [[nodiscard]] const LogEvents& log_events();
 
-/// @brief Times one scope under a log event.
-class LogScope {
- public:
-  explicit LogScope(PetscLogEvent event);
-  LogScope(const LogScope&) = delete;
-  LogScope& operator=(const LogScope&) = delete;
-  ~LogScope();
-
- private:
-  PetscLogEvent event_;
-  LogScope* around_ = nullptr;
-  PetscLogDouble begin_ = 0.0;
-  PetscLogDouble inside_ = 0.0;  ///< seconds in scopes within this one
-};
-
 /// @brief What this rank has told others, as PETSc's log counts it.
 ///
 /// Calls of MPI in code that includes petsclog.h are counted: `MPI_Send`, `MPI_Isend` and their counterparts,
@@ -81,7 +80,26 @@ struct Traffic {
 /// @brief Everything since the start of the program.
 [[nodiscard]] Traffic traffic();
 
-/// @brief What an event came to on this rank so far, over all stages of the log.
+/// @brief Counts what happens in one scope under a log event: for `event_totals` always, and for PETSc's log if there
+/// is one.
+class LogScope {
+ public:
+  explicit LogScope(PetscLogEvent event);
+  LogScope(const LogScope&) = delete;
+  LogScope& operator=(const LogScope&) = delete;
+  ~LogScope();
+
+ private:
+  [[nodiscard]] bool within_itself() const noexcept;
+
+  PetscLogEvent event_;
+  LogScope* around_ = nullptr;
+  Traffic before_;
+  PetscLogDouble begin_ = 0.0;
+  PetscLogDouble inside_ = 0.0;  ///< seconds in scopes within this one
+};
+
+/// @brief What an event came to on this rank so far, in the scopes of `LogScope`, whatever log PETSc keeps.
 struct EventTotals {
   double seconds = 0.0;  ///< inclusive
   double own = 0.0;      ///< seconds without those of the events of `LogEvents` inside
