@@ -1,5 +1,5 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, yaml-cpp, nlohmann_json, Boost's
-# headers.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, yaml-cpp, nlohmann_json and
+# Boost's headers.
 # All headers are SYSTEM.
 include(CheckCSourceCompiles)
 

@@ -8,9 +8,9 @@
 
 namespace udar::petsc {
 
-/// @brief From here on the manual, PETSc's own part too, shows the keys alone that have `topic` among the words between
+/// @brief From here on the manual, PETSc's own part too, shows the keys alone that have `word` among the words between
 /// their underscores; empty: all keys.
-void set_help_topic(const std::string& topic);
+void set_help_topic(const std::string& word);
 
 /// Whether the manual shows `key`, with or without its dash.
 [[nodiscard]] bool help_shows(const std::string& key);

@@ -84,7 +84,7 @@ class Reader {
     }
   }
 
-  std::string key_of(const YAML::Node& key, const std::string& prefix) const {
+  [[nodiscard]] std::string key_of(const YAML::Node& key, const std::string& prefix) const {
     const std::string name = key.IsScalar() ? key.Scalar() : "";
     if (!is_name(name)) {
       const std::string bare = name.substr(std::min(name.size(), name.find_first_not_of("- ")));
