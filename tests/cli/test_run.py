@@ -689,7 +689,8 @@ class Interrupted(UdarTest):
 
     def long_run(self, ranks=0, **changes):
         shutil.rmtree(self.scratch / "run", ignore_errors=True)
-        options = case(output_directory=self.scratch / "run", output_overwrite=True, ts_max_time=1e5, **changes)
+        endless = {"ts_max_time": 1e5, "output_allow_large": True}
+        options = case(output_directory=self.scratch / "run", output_overwrite=True, **endless, **changes)
         return options, start(command(options, ranks), cwd=self.scratch)
 
     def test_signals_of_terminals_and_batch_systems(self):
@@ -706,7 +707,8 @@ class Interrupted(UdarTest):
 
     def test_nohup(self):
         """What the program was started to ignore stays ignored."""
-        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5)
+        large = {"output_allow_large": True}
+        options = case(output_directory=self.scratch / "run", ts_max_time=1e5, output_interval=0.5, **large)
         process = start(["nohup"] + command(options), cwd=self.scratch)
         self.started(process, "energy.csv")
         process.send_signal(signal.SIGHUP)
