@@ -15,7 +15,7 @@ from common import ENVIRONMENT, ROOT, UDAR, read_csv
 
 FOLDER = ROOT / "examples" / "scaling"
 RANKS = [1, 2, 3, 4]
-CHECKS_IN_OUTPUT = 2  # of the residual in the quick runs, more or less than their share of the solves
+CHECKS_IN_OUTPUT = 4  # of the residual in the quick runs, more or less than their share of the solves
 PICTURES = """time-per-step solves-per-second bytes-per-element strong-efficiency weak-efficiency share-of-step
     extrapolation""".split()
 sys.path.insert(0, str(FOLDER))
