@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
                                    .bending_stiffness = 2.1e11 * section.inertia,
                                    .mass_per_length = 7850.0 * section.area});
     const udar::BeamChain beam{PETSC_COMM_WORLD, parameters};
-    udar::FilteredLine line{beam, {.filter_frequency = 100.0}};
+    udar::FilteredStructure line{beam, {.filter_frequency = 100.0}};
     const udar::Loads gravity{beam, 9.81, {}};
     udar::InitialState initial;
     initial.height = 1.0;

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "udar/app/output_size.hpp"
-#include "udar/dynamics/initial_state.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
+#include "udar/structure/initial_state.hpp"
 
 namespace udar::app {
 namespace {
@@ -91,7 +91,7 @@ std::optional<double> expected_contact(const Case& input, const BeamChain& beam)
   }
   const MassState masses = initial_masses(beam, input.initial);
   double first = kNever;
-  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
     const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
       const double gap = run.side * (masses.position[node] - run.height(node) - lift);
@@ -103,7 +103,7 @@ std::optional<double> expected_contact(const Case& input, const BeamChain& beam)
   return first < kNever ? std::optional{first} : std::nullopt;
 }
 
-void print_echo(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes) {
+void print_echo(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes) {
   const BeamChain& beam = line.beam();
   std::ostringstream text;
   text.precision(4);
@@ -150,7 +150,7 @@ void warn_of_implausible(const Case& input, const BeamChain& beam) {
   }
   double highest = 0.0;
   const MassState masses = initial_masses(beam, input.initial);
-  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last; ++node) {
       highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));
     }

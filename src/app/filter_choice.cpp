@@ -97,7 +97,7 @@ void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& fi
   }
 }
 
-std::vector<PetscInt> correct_modes(FilteredLine& line, const FilterInput& filter) {
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const FilterInput& filter) {
   const MPI_Comm comm = line.beam().comm();
   const double wf = line.filter_frequency();
   const PetscInt last_named = filter.correct.empty() ? 0 : std::ranges::max(filter.correct);

@@ -3,10 +3,10 @@
 /// chebyshev`.
 
 #include "udar/app/run.hpp"
-#include "udar/dynamics/ts_chebyshev.hpp"
-#include "udar/dynamics/ts_impact.hpp"
-#include "udar/dynamics/ts_moreau.hpp"
 #include "udar/filter/pc_chain.hpp"
+#include "udar/integrators/ts_chebyshev.hpp"
+#include "udar/integrators/ts_impact.hpp"
+#include "udar/integrators/ts_moreau.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::app {

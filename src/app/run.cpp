@@ -18,11 +18,11 @@
 #include <vector>
 
 #include "app/run_costs.hpp"
-#include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/case_text.hpp"
 #include "udar/app/echo.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/app/model.hpp"
 #include "udar/app/output_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/app/stop_signals.hpp"
@@ -54,7 +54,7 @@ double longest_sample(const Case& input) {
   return (input.filter.unfiltered ? 2.0 : 0.25 * std::numbers::pi) / input.filter.filter_frequency;
 }
 
-io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
+io::RunLayout make_layout(const Case& input, const FilteredStructure& line) {
   const BeamChain& beam = line.beam();
   io::RunLayout layout;
   layout.comm = beam.comm();
@@ -93,7 +93,7 @@ io::RunLayout make_layout(const Case& input, const FilteredLine& line) {
 
 /// The lowest modes: six for the view, else three. They do not depend on a fine mesh: they are taken from a coarser one
 /// where the line has more elements than that needs.
-std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
+std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   constexpr PetscInt kEchoed = 3;
   const MPI_Comm comm = line.beam().comm();
   const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, kEchoed);
@@ -101,7 +101,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredLine& line) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
   }
   const BeamChain coarse_beam{comm, *coarse};
-  FilteredLine coarse_line{coarse_beam, input.filter};
+  FilteredStructure coarse_line{coarse_beam, input.filter};
   return lowest_modes(coarse_line, kEchoed);
 }
 
@@ -175,7 +175,7 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain
   return state;
 }
 
-io::Summary make_summary(const Case& input, FilteredLine& line, const ImpactDynamics& dynamics,
+io::Summary make_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
                          const io::SupportForces& forces, const io::BendingPeaks& bending) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
@@ -259,19 +259,19 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   }
   settle_force_window(input);
   std::vector<Mode> modes;
-  Assembly assembly{comm, input, [&](FilteredLine& line) {
-                      if (help) {
-                        return;
-                      }
-                      modes = modes_to_show(input, line);
-                      for (const PetscInt number : correct_modes(line, input.filter)) {
-                        if (number <= static_cast<PetscInt>(modes.size())) {
-                          modes[static_cast<std::size_t>(number - 1)].corrected = true;
-                        }
-                      }
-                    }};
+  Model assembly{comm, input, [&](FilteredStructure& line) {
+                   if (help) {
+                     return;
+                   }
+                   modes = modes_to_show(input, line);
+                   for (const PetscInt number : correct_modes(line, input.filter)) {
+                     if (number <= static_cast<PetscInt>(modes.size())) {
+                       modes[static_cast<std::size_t>(number - 1)].corrected = true;
+                     }
+                   }
+                 }};
   const BeamChain& beam = assembly.beam;
-  FilteredLine& line = assembly.line;
+  FilteredStructure& line = assembly.line;
   ImpactDynamics dynamics = assembly.motion();
   if (help) {
     return {};

@@ -50,7 +50,7 @@ bool output_is_watched() {
 
 }  // namespace
 
-SupportSprings support_springs(const FilteredLine& line, const Case& input) {
+SupportSprings support_springs(const FilteredStructure& line, const Case& input) {
   const BeamChain& beam = line.beam();
   if (line.parameters().unfiltered || input.contact.surface == ContactSurface::line) {
     return {};  // nothing gives way
@@ -59,7 +59,7 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   const MassState masses = initial_masses(beam, input.initial);
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
-  for (const ContactRun& run : contact_runs(beam, input.supports)) {
+  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
       drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
@@ -79,7 +79,7 @@ SupportSprings support_springs(const FilteredLine& line, const Case& input) {
   return springs;
 }
 
-void print_view(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+void print_view(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                 const SupportSprings& springs) {
   const BeamChain& beam = line.beam();
   const MPI_Comm comm = beam.comm();
@@ -191,7 +191,7 @@ void print_view(const Case& input, const FilteredLine& line, const std::vector<M
                         input.output.interval, input.output.field_interval));
 }
 
-void print_warnings(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+void print_warnings(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs) {
   const MPI_Comm comm = line.beam().comm();
   if (!line.parameters().unfiltered && !modes.empty() && !modes.front().corrected &&
@@ -221,7 +221,7 @@ void print_warnings(const Case& input, const FilteredLine& line, const std::vect
                 2.0 / line.filter_frequency(), angle, modes.front().frequency);
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
-  for (const ContactRun& run : contact_runs(line.beam(), input.supports)) {
+  for (const ContactSet& run : find_contact_sets(line.beam(), input.supports)) {
     fastest = input.contact.surface == ContactSurface::mass ? std::max(fastest, run.stiffness) : 0.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, comm);

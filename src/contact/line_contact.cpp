@@ -53,10 +53,10 @@ std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<S
 
 }  // namespace
 
-LineContact::LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points)
+LineContact::LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points)
     : line_{&line} {
   const BeamChain& beam = line.beam();
-  static_cast<void>(contact_runs(beam, supports));  // all is well with them
+  static_cast<void>(find_contact_sets(beam, supports));  // all is well with them
   const bool many = are_many(beam, supports, dense_points);
   points_ = contact_points(beam, supports, many ? beam.begin() : 0, many ? beam.end() - 1 : beam.nodes() - 1);
   std::ranges::stable_sort(points_, {}, &LinePoint::node);  // neighbours on the line are neighbours in the matrix

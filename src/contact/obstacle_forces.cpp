@@ -38,7 +38,7 @@ constexpr double kStiffest = 1e-13;
 /// below the force's own change, and ranks lose digits over springs that differ by more (measured: 1e-8 at 1e13).
 constexpr double kSoftest = 1e9;
 
-const LineData& data_of(FilteredLine& line) {
+const LineData& data_of(FilteredStructure& line) {
   const LineData* data = composed_line(line.op());
   if (line.chain() == nullptr || data == nullptr) {
     throw InputError{
@@ -127,7 +127,7 @@ struct ObstacleForces::Callbacks {
   }
 };
 
-ObstacleForces::ObstacleForces(FilteredLine& line, std::span<const LinePoint> points)
+ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoint> points)
     : line_{&line}, shifted_data_{data_of(line)}, free_{shifted_data_} {
   const BeamChain& beam = line.beam();
   for (const LinePoint& point : points) {

@@ -30,8 +30,8 @@ BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support
   return beam.nodes_within(support.from(), support.to());
 }
 
-std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports) {
-  std::vector<ContactRun> runs;
+std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vector<Support>& supports) {
+  std::vector<ContactSet> runs;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
     require_on_beam("-support_position", support.position, beam.length());
@@ -57,8 +57,8 @@ std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Su
     const double carried = support.elastic() ? beam.mass_of(touched) : 1.0;
     const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
       if (from < to) {
-        ContactRun& run =
-            runs.emplace_back(ContactRun{.first = static_cast<std::size_t>(from - beam.begin()),
+        ContactSet& run =
+            runs.emplace_back(ContactSet{.first = static_cast<std::size_t>(from - beam.begin()),
                                          .last = static_cast<std::size_t>(to - beam.begin()),
                                          .support = static_cast<PetscInt>(index),
                                          .side = static_cast<double>(support.side),

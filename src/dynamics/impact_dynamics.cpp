@@ -9,11 +9,11 @@
 #include <string>
 #include <string_view>
 
-#include "udar/dynamics/located_steps.hpp"
-#include "udar/dynamics/problem_stepper.hpp"
-#include "udar/dynamics/ts_chebyshev.hpp"
-#include "udar/dynamics/ts_impact.hpp"
-#include "udar/dynamics/ts_moreau.hpp"
+#include "udar/integrators/located_steps.hpp"
+#include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/ts_chebyshev.hpp"
+#include "udar/integrators/ts_impact.hpp"
+#include "udar/integrators/ts_moreau.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/compat.hpp"
 #include "udar/petsc/error.hpp"
@@ -74,7 +74,7 @@ double end_of_run() {
 ImpactDynamics::ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
                                ContactParameters parameters)
     : equations_{&equations},
-      near_{contact_runs(equations.beam(), supports)},
+      near_{find_contact_sets(equations.beam(), supports)},
       problem_{
           .equations = equations_,
           .contact = &contact_,
@@ -120,7 +120,7 @@ ImpactDynamics::~ImpactDynamics() {
 void ImpactDynamics::refuse_overlap(const MassState& masses) const {
   const BeamChain& beam = equations_->beam();
   std::string overlap;
-  for (const ContactRun& run : near_) {
+  for (const ContactSet& run : near_) {
     const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
       const double height = run.height(node) + lift;
@@ -156,7 +156,7 @@ TSType ImpactDynamics::default_type() const {
     return kTsImpact;
   }
   PetscInt nodes = 0;
-  for (const ContactRun& run : contact_.runs()) {
+  for (const ContactSet& run : contact_.runs()) {
     nodes += static_cast<PetscInt>(run.last - run.first);
   }
   MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPIU_INT, MPI_SUM, equations_->beam().comm());
@@ -260,7 +260,7 @@ void ImpactDynamics::configure_stepper() {
                      " is not allowed, expected a number > 0 [s]"};
   }
   refuse_supports();
-  stepper_ = stepper_inside(ts_);
+  stepper_ = integrator_inside(ts_);
   if (equations_->line().parameters().unfiltered && (stepper_ == nullptr || !stepper_->fixed_step())) {
     throw InputError{"option -ts_type: the unfiltered beam (-filter_frequency none) is integrated by moreau alone"};
   }
@@ -511,7 +511,7 @@ void ImpactDynamics::start() {
       ledger_.initial = ledger_.total();
       ledger_.initial_potential = ledger_.load_potential;
       const std::vector<double> stretch = equations_->line_stretch(line);
-      for (const ContactRun& run : near_) {
+      for (const ContactSet& run : near_) {
         for (std::size_t node = run.first; node < run.last; ++node) {
           const double height = run.height(node) + run.lift(time_).height;
           contact_.line_at(run.side * (state.values()[node] + stretch[node] - height), node, time_);
@@ -574,7 +574,7 @@ std::string ImpactDynamics::fallen_through(double time) const {
   }
   const std::span<const double> start = stepper_->start_of_step();
   const ReadArray state{state_};
-  for (const ContactRun& run : near_) {
+  for (const ContactSet& run : near_) {
     const double lift = run.lift(time, time_).height;
     for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
       const double depth = -run.side * (state.values()[node] - run.height(node) - lift);

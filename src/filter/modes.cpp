@@ -18,11 +18,11 @@ using EigenSolver = petsc::Handle<EPS, EPSDestroy>;
 
 /// The symmetric operator -M^(1/2) d(M^(-1/2) x): its eigenvalues are w^2 / (wf^2 + w^2).
 struct FilterOperator {
-  FilteredLine* line;
+  FilteredStructure* line;
   std::vector<double> displacement;
   std::vector<double> stretch;
 
-  explicit FilterOperator(FilteredLine& filtered)
+  explicit FilterOperator(FilteredStructure& filtered)
       : line{&filtered}, displacement(filtered.mass().size()), stretch(filtered.mass().size()) {}
   void apply(const double* x, double* y) {
     const auto mass = line->mass();
@@ -59,7 +59,8 @@ struct Wanted {
 };
 
 /// Eigenvalues from the end asked for on, as many as have converged, and with `shapes` their vectors.
-std::vector<double> eigenvalues(FilteredLine& line, const Wanted& wanted, std::vector<std::vector<double>>* shapes) {
+std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
+                                std::vector<std::vector<double>>* shapes) {
   const BeamChain& beam = line.beam();
   FilterOperator context{line};
   petsc::Matrix shell;
@@ -111,7 +112,7 @@ std::vector<double> eigenvalues(FilteredLine& line, const Wanted& wanted, std::v
   return values;
 }
 
-std::vector<Mode> modes_of(FilteredLine& line, Wanted wanted, bool with_shapes) {
+std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_shapes) {
   // A mode this slow compared with wf is a rigid motion seen through round-off; a value as close to one is the mass
   // where the line is held.
   constexpr double kRigid = 1e-12;
@@ -145,7 +146,9 @@ double filter_frequency_for(double frequency, double accuracy) {
   return frequency * (1.0 - accuracy) / std::sqrt(accuracy * (2.0 - accuracy));
 }
 
-std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count) { return modes_of(line, {.count = count}, false); }
+std::vector<Mode> lowest_modes(FilteredStructure& line, PetscInt count) {
+  return modes_of(line, {.count = count}, false);
+}
 
 std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count) {
   const double wf = filter.filter_frequency;
@@ -162,7 +165,7 @@ std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& fil
   constexpr int kMostTrials = 8;
   constexpr double kNear = 2.0;
   for (int trial = 0; trial < kMostTrials; ++trial) {
-    FilteredLine line{beam, parameters};
+    FilteredStructure line{beam, parameters};
     const std::vector<Mode> rough = modes_of(line, {.count = count, .tolerance = 1e-9, .measure = EPS_CONV_ABS}, false);
     if (rough.empty()) {
       break;
@@ -173,7 +176,7 @@ std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& fil
       break;
     }
   }
-  FilteredLine line{beam, parameters};
+  FilteredStructure line{beam, parameters};
   // 1e-13: the line solve is right to 1e-14, and shapes are right to the residual over the distance of the shares,
   // some 1e-2; frequencies to the square of that.
   std::vector<Mode> modes = modes_of(line, {.count = count, .tolerance = 1e-13, .measure = EPS_CONV_ABS}, true);
@@ -183,7 +186,7 @@ std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& fil
   return modes;
 }
 
-double largest_frequency(FilteredLine& line) {
+double largest_frequency(FilteredStructure& line) {
   const std::vector<double> values =
       eigenvalues(line, {.count = 1, .end = EPS_LARGEST_REAL, .tolerance = 1e-5}, nullptr);
   if (values.empty()) {

@@ -9,11 +9,11 @@
 
 #include "io/event_order.hpp"
 #include "io/text_file.hpp"
-#include "udar/dynamics/stepper.hpp"
 #include "udar/io/csv.hpp"
 #include "udar/io/results_file.hpp"
 #include "udar/io/vtkhdf.hpp"
 #include "udar/io/xdmf.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "udar/dynamics/stepper.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {

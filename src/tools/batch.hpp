@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/model.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::bench {
@@ -22,7 +22,7 @@ inline std::array<double, 3> run_beam(MPI_Comm comm, const app::Case& input, Pet
   app::Case own = input;
   own.initial.height *= 1.0 + kSpread * static_cast<double>(index) / static_cast<double>(beams);
   const double begin = MPI_Wtime();
-  app::Assembly assembly{comm, own};
+  app::Model assembly{comm, own};
   ImpactDynamics dynamics = assembly.motion();
   dynamics.solve();
   return {MPI_Wtime() - begin, static_cast<double>(dynamics.counts().impacts),

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "udar/app/assembly.hpp"
 #include "udar/app/case.hpp"
+#include "udar/app/model.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -73,7 +73,7 @@ struct Bench {
 inline void leapfrog(const Motion& motion, Equations& equations, double angle, Result& result) {
   const BeamChain& beam = equations.beam();
   MassState masses = initial_masses(beam, motion.initial);
-  const auto runs = contact_runs(beam, motion.supports);
+  const auto runs = find_contact_sets(beam, motion.supports);
   const auto steps = static_cast<int>(std::ceil(motion.end * kFilter / angle / kSamples)) * kSamples;
   const double h = motion.end / steps;
   LineState line;
@@ -89,7 +89,7 @@ inline void leapfrog(const Motion& motion, Equations& equations, double angle, R
     for (std::size_t i = 0; i < masses.position.size(); ++i) {
       masses.position[i] += h * masses.velocity[i];
     }
-    for (const ContactRun& run : runs) {
+    for (const ContactSet& run : runs) {
       for (std::size_t i = run.first; i < run.last; ++i) {
         if (run.side * (masses.position[i] - run.height(i)) < 0.0 && run.side * masses.velocity[i] < 0.0) {
           masses.velocity[i] *= -run.restitution;
@@ -115,7 +115,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
   input.gravity = motion.gravity;
   input.initial = motion.initial;
   input.supports = motion.supports;
-  app::Assembly assembly{bench.comm, input};
+  app::Model assembly{bench.comm, input};
   Result result;
   const auto& events = petsc::log_events();
   const auto since = [](petsc::EventTotals now, petsc::EventTotals before) {

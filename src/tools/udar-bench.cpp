@@ -89,13 +89,13 @@ Form rival_form(Rival rival) {
 }
 
 /// A line built under solver options that do not outlive the building.
-std::unique_ptr<FilteredLine> build(const BeamChain& beam, FilterParameters filter, const Form& form) {
+std::unique_ptr<FilteredStructure> build(const BeamChain& beam, FilterParameters filter, const Form& form) {
   for (const auto& [key, value] : form.options) {
     UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value.c_str()));
   }
   filter.formulation = form.formulation;
   filter.check_interval = 0;
-  auto line = std::make_unique<FilteredLine>(beam, filter);
+  auto line = std::make_unique<FilteredStructure>(beam, filter);
   for (const auto& [key, value] : form.options) {
     UDAR_CALL(PetscOptionsClearValue(nullptr, key.c_str()));
   }
@@ -117,7 +117,7 @@ Numbers displacement(const BeamChain& beam, PetscInt begin, PetscInt end, double
 }
 
 /// Largest error of the acceleration relative to its largest value.
-double error_of(FilteredLine& line, double offset) {
+double error_of(FilteredStructure& line, double offset) {
   const BeamChain& beam = line.beam();
   const Numbers exact =
       tools::quad_line(beam, line.filter_frequency(), displacement(beam, 0, beam.nodes(), offset), {}).stretch;
@@ -220,7 +220,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   if (ranks > 1) {
     // The whole line on rank 0 alone, in turn with all ranks.
     std::optional<BeamChain> alone_beam;
-    std::unique_ptr<FilteredLine> alone_line;
+    std::unique_ptr<FilteredStructure> alone_line;
     Numbers alone_given;
     Numbers alone_stretch;
     if (rank == 0) {

@@ -124,7 +124,7 @@ TEST_P(ChainOfLanes, SolvesEveryLineToRoundOff) {
       }
       SCOPED_TRACE(std::string{kind.name} + ", " + std::to_string(elements) + " elements");
       const BeamChain beam{PETSC_COMM_WORLD, kind.build(elements)};
-      FilteredLine line{beam, {.filter_frequency = 50.0, .check_interval = 1}};
+      FilteredStructure line{beam, {.filter_frequency = 50.0, .check_interval = 1}};
       ASSERT_NE(line.chain(), nullptr);
       const auto count = static_cast<std::size_t>(beam.local_nodes());
       for (const bool loaded : {false, true}) {
@@ -216,7 +216,7 @@ TEST(Chain, SolvesRandomLines) {
     }
     SCOPED_TRACE("line " + std::to_string(number) + " of " + std::to_string(elements) + " elements");
     const BeamChain beam{PETSC_COMM_WORLD, parameters};
-    FilteredLine line{beam, {.filter_frequency = wf, .check_interval = 1}};
+    FilteredStructure line{beam, {.filter_frequency = wf, .check_interval = 1}};
     const Motion motion{beam, 0.0, 0.0};
     const std::vector<double> force = number % 2 == 0 ? motion.force : std::vector<double>{};
     const auto exact = tools::quad_line(beam, wf, motion.displacement, force);
@@ -237,7 +237,7 @@ TEST(Chain, KeepsItsDigitsUnderOffsetAndTilt) {
   for (const Line& kind : {lines()[0], lines()[7]}) {
     SCOPED_TRACE(kind.name);
     const BeamChain beam{PETSC_COMM_WORLD, kind.build(100000)};
-    FilteredLine line{beam, {.filter_frequency = 50.0}};
+    FilteredStructure line{beam, {.filter_frequency = 50.0}};
     const Motion motion{beam, 1.0, 0.3};
     const auto exact = tools::quad_line(beam, 50.0, motion.displacement, {});
     std::vector<double> stretch(static_cast<std::size_t>(beam.local_nodes()));
@@ -248,7 +248,7 @@ TEST(Chain, KeepsItsDigitsUnderOffsetAndTilt) {
 
 TEST(Chain, IsNotStretchedByRigidMotion) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4096)};  // x are exact, and so is a tilt of 1/4
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   std::vector<double> displacement;
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     displacement.push_back(1.0 + 0.25 * static_cast<double>(node) / 4096.0);
@@ -262,7 +262,7 @@ TEST(Chain, IsNotStretchedByRigidMotion) {
 
 TEST(Chain, SolvesColumnsTogetherAsOneByOne) {
   const BeamChain beam{PETSC_COMM_WORLD, uneven(4000)};
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   constexpr std::size_t kColumns = 7;
   std::vector<std::vector<double>> given;
@@ -291,7 +291,7 @@ TEST(Chain, SolvesColumnsTogetherAsOneByOne) {
 /// The preconditioner as PETSc sees it: the operator of a line, a solver on it, and vectors.
 struct ByPetsc {
   BeamChain beam;
-  FilteredLine line;
+  FilteredStructure line;
   petsc::Vector right;
   petsc::Vector found;
   petsc::Vector product;
@@ -411,16 +411,16 @@ TEST(PcChain, RefusesAnyOtherMatrixByName) {
   EXPECT_NE(message.find("'heat' of type"), std::string::npos) << message;
 }
 
-TEST(FilteredLine, TakesTheBlockFormForTensionAndSaysSo) {
+TEST(FilteredStructure, TakesTheBlockFormForTensionAndSaysSo) {
   BeamParameters pulled = test::steel_beam(50);
   pulled.tension = 1e5;
   const BeamChain beam{PETSC_COMM_WORLD, pulled};
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   EXPECT_EQ(line.chain(), nullptr);
   EXPECT_EQ(line.block_form_reason(), "tension");
   const test::Option chain{"-filter_pc_type", "chain"};
   const std::string message =
-      test::failure_of<InputError>([&] { const FilteredLine refused{beam, {.filter_frequency = 50.0}}; });
+      test::failure_of<InputError>([&] { const FilteredStructure refused{beam, {.filter_frequency = 50.0}}; });
   EXPECT_NE(message.find("tension"), std::string::npos) << message;
 }
 
@@ -432,7 +432,7 @@ TEST(ChainCoupling, IsChosenByTheDecayAcrossARank) {
     BeamParameters parameters = test::steel_beam(900);
     parameters.segments[0].length = length;
     const BeamChain beam{PETSC_COMM_WORLD, parameters};
-    FilteredLine line{beam, {.filter_frequency = 50.0, .check_interval = 1}};
+    FilteredStructure line{beam, {.filter_frequency = 50.0, .check_interval = 1}};
     ASSERT_NE(line.chain(), nullptr);
     using Coupling = ChainSolver::Coupling;
     // Two ranks are each other's only neighbours.

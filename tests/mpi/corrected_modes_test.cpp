@@ -104,7 +104,7 @@ TEST_P(Held, AutomaticFrequencyIsTheLeastThatReachesTheAccuracy) {
         EXPECT_LT(-modes.back().distortion(), accuracy * (1.0 + (elements > 20 ? 2e-5 : 0.0)));
         EXPECT_GT(-modes.back().distortion(), accuracy * (1.0 - 5e-5));
         // What the filter at this frequency does, by its own operator.
-        FilteredLine line{beam, filter};
+        FilteredStructure line{beam, filter};
         line.correct(corrected(std::move(modes), {}));
         const std::vector<Mode> seen = lowest_modes(line, count);
         ASSERT_EQ(seen.size(), static_cast<std::size_t>(count));
@@ -129,7 +129,7 @@ TEST(AutomaticFrequency, OfABandKeepsItsEdge) {
 void expect_corrected_spectrum(const BeamParameters& parameters, double wf, const std::vector<std::size_t>& named,
                                Formulation formulation = Formulation::mixed) {
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  FilteredLine line{beam, {.filter_frequency = wf, .formulation = formulation}};
+  FilteredStructure line{beam, {.filter_frequency = wf, .formulation = formulation}};
   const test::Eigen exact = test::lumped_modes(beam);
   const double before = largest_frequency(line);
   line.correct(corrected(exact_modes(beam, line.parameters(), 5), named));
@@ -194,7 +194,7 @@ TEST(CorrectedModes, HaveTheirOwnFrequenciesAndTheOthersTheFilteredOnes) {
 /// A run with corrected modes; as `Fall`, whose integrator would not know of them.
 struct CorrectedFall {
   BeamChain beam;
-  FilteredLine line;
+  FilteredStructure line;
   Loads loads;
   Equations equations;
   ImpactDynamics dynamics;
@@ -207,7 +207,7 @@ struct CorrectedFall {
         equations{correct(line, named), loads, initial},
         dynamics{equations, std::move(supports), initial, {}} {}
 
-  static FilteredLine& correct(FilteredLine& line, const std::vector<std::size_t>& named) {
+  static FilteredStructure& correct(FilteredStructure& line, const std::vector<std::size_t>& named) {
     line.correct(corrected(exact_modes(line.beam(), line.parameters(), 4), named));
     return line;
   }

@@ -31,7 +31,7 @@ TEST(Formulations, GiveTheSameLineMomentsAndEnergyDownToTwoNodesPerRank) {
       const auto which = static_cast<std::size_t>(form);
       stretch[which].resize(count);
       moment[which].resize(count);
-      FilteredLine line{beam, {.filter_frequency = 80.0, .formulation = form}};
+      FilteredStructure line{beam, {.filter_frequency = 80.0, .formulation = form}};
       line.solve(displacement, force, stretch[which], moment[which]);
       std::vector<double> position(count);
       for (std::size_t i = 0; i < count; ++i) {

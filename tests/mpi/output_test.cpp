@@ -26,11 +26,11 @@
 #include <vector>
 
 #include "support/world.hpp"
-#include "udar/dynamics/stepper.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/run_writers.hpp"
 #include "udar/io/summary.hpp"
 #include "udar/io/versions.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {

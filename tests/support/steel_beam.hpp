@@ -32,7 +32,7 @@ constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotation
 /// A whole run: build, then set PETSc options that shape the integration, then `solve`.
 struct Fall {
   BeamChain beam;
-  FilteredLine line;
+  FilteredStructure line;
   Loads loads;
   Equations equations;
   ImpactDynamics dynamics;
@@ -48,7 +48,7 @@ struct Fall {
 };
 
 /// Of the masses at the end of a run [kg m/s], on every rank.
-inline double momentum_of(const FilteredLine& line, const ImpactDynamics& dynamics) {
+inline double momentum_of(const FilteredStructure& line, const ImpactDynamics& dynamics) {
   double momentum = 0.0;
   const MassState masses = dynamics.masses();
   for (std::size_t i = 0; i < masses.velocity.size(); ++i) {

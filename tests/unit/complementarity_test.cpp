@@ -1,7 +1,7 @@
 /// @file
 /// The small complementarity problem against hand solutions and its own conditions.
 
-#include "udar/contact/complementarity.hpp"
+#include "udar/numerics/complementarity.hpp"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "support/world.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/contact/support.hpp"
-#include "udar/dynamics/observer.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar {
 namespace {
@@ -82,17 +82,17 @@ TEST(ImpactLaw, RestsWhenTheNextHopIsNegligible) {
 
 TEST(ContactRuns, TakeEveryNodeWithinTheWidthEdgesIncluded) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  const auto runs = contact_runs(beam, {{.position = 2.0, .width = 1.0}});
+  const auto runs = find_contact_sets(beam, {{.position = 2.0, .width = 1.0}});
   ASSERT_EQ(runs.size(), 1U);
   EXPECT_EQ(runs.front().first, 3U);
   EXPECT_EQ(runs.front().last, 6U);
-  EXPECT_EQ(contact_runs(beam, {{.position = 0.0, .width = 1.0}}).front().last, 2U);
+  EXPECT_EQ(find_contact_sets(beam, {{.position = 0.0, .width = 1.0}}).front().last, 2U);
 }
 
 TEST(ContactRuns, TakeTheNearestNodeOfAPointSupport) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
   for (const auto& [position, node] : {std::pair{2.2, 4U}, std::pair{2.3, 5U}, std::pair{2.25, 4U}}) {
-    const ContactRun run = contact_runs(beam, {{.position = position}}).front();
+    const ContactSet run = find_contact_sets(beam, {{.position = position}}).front();
     EXPECT_EQ(run.first, node);
     EXPECT_EQ(run.last, node + 1);
   }
@@ -102,7 +102,7 @@ TEST(ContactRuns, LeaveOutHeldNodes) {
   BeamParameters parameters = test::steel_beam(4);
   parameters.left = test::kPinned;
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  const auto runs = contact_runs(beam, {Support::floor(0.0, 1.0)});
+  const auto runs = find_contact_sets(beam, {Support::floor(0.0, 1.0)});
   ASSERT_EQ(runs.size(), 1U);
   EXPECT_EQ(runs.front().first, 1U);
   EXPECT_EQ(runs.front().last, 5U);
@@ -110,11 +110,11 @@ TEST(ContactRuns, LeaveOutHeldNodes) {
 
 TEST(ContactRuns, RefuseWhatCannotBeASupport) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  EXPECT_THROW((void)contact_runs(beam, {{.position = -0.1}}), InputError);
-  EXPECT_THROW((void)contact_runs(beam, {{.position = 10.1}}), InputError);
-  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.25, .width = 0.1}}), InputError);
-  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .restitution = 1.1}}), InputError);
-  EXPECT_THROW((void)contact_runs(beam, {{.position = 2.0, .height = std::numeric_limits<double>::quiet_NaN()}}),
+  EXPECT_THROW((void)find_contact_sets(beam, {{.position = -0.1}}), InputError);
+  EXPECT_THROW((void)find_contact_sets(beam, {{.position = 10.1}}), InputError);
+  EXPECT_THROW((void)find_contact_sets(beam, {{.position = 2.25, .width = 0.1}}), InputError);
+  EXPECT_THROW((void)find_contact_sets(beam, {{.position = 2.0, .restitution = 1.1}}), InputError);
+  EXPECT_THROW((void)find_contact_sets(beam, {{.position = 2.0, .height = std::numeric_limits<double>::quiet_NaN()}}),
                InputError);
 }
 
@@ -125,7 +125,7 @@ TEST(ContactRuns, ShareASpringByTheMassItCarries) {
   Support support{.position = 2.0, .width = 1.8};
   support.stiffness = 3e5;
   support.damping = 40.0;
-  const ContactRun run = contact_runs(beam, {support}).front();
+  const ContactSet run = find_contact_sets(beam, {support}).front();
   double stiffness = 0.0;
   double damping = 0.0;
   for (std::size_t node = run.first; node < run.last; ++node) {
@@ -140,10 +140,10 @@ TEST(ContactRuns, RefuseAMovingSupportBesideAnotherOnItsSide) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
   Support moving{.position = 2.0, .width = 1.0};
   moving.motion = std::make_shared<SupportMotion>(std::vector<double>{0.0, 1.0}, std::vector<double>{0.0, 1.0});
-  EXPECT_THROW((void)contact_runs(beam, {moving, Support::floor(0.0, 1.0)}), InputError);
+  EXPECT_THROW((void)find_contact_sets(beam, {moving, Support::floor(0.0, 1.0)}), InputError);
   Support ceiling = Support::floor(3.0, 1.0);
   ceiling.side = SupportSide::above;
-  EXPECT_NO_THROW((void)contact_runs(beam, {moving, ceiling}));
+  EXPECT_NO_THROW((void)find_contact_sets(beam, {moving, ceiling}));
 }
 
 TEST(ImpactLaw, LosesMoreAboveTheYieldSpeed) {

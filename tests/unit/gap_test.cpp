@@ -1,4 +1,4 @@
-#include "udar/contact/gap.hpp"
+#include "udar/numerics/gap.hpp"
 
 #include <gtest/gtest.h>
 

@@ -339,7 +339,7 @@ TEST(BeamChain, EndsAreOnTheBeamWhateverRoundingDoesToTheirSum) {
   EXPECT_LT(beam.length(), 0.8);
   EXPECT_TRUE(beam.held(8));
   EXPECT_NO_THROW((Loads{beam, 0.0, {{.position = 0.8, .time = {0.0}, .force = {1.0}}}}));
-  EXPECT_EQ(contact_runs(beam, {{.position = 0.8}}).size(), 0U);  // found, and held
+  EXPECT_EQ(find_contact_sets(beam, {{.position = 0.8}}).size(), 0U);  // found, and held
   EXPECT_THROW(require_on_beam("-x", 0.8 + 1e-8, beam.length()), InputError);
 }
 

@@ -31,7 +31,7 @@ BeamParameters with_ends(BeamParameters beam, const Ends& ends) {
 /// lambda^2 = wf^2 w^2 / (wf^2 + w^2): both claims at once.
 void expect_filtered_modes(const BeamParameters& parameters, double wf, Formulation formulation, double tolerance) {
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  FilteredLine line{beam, {.filter_frequency = wf, .formulation = formulation}};
+  FilteredStructure line{beam, {.filter_frequency = wf, .formulation = formulation}};
   const test::Eigen modes = test::lumped_modes(beam);
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   const std::vector<double> no_force(count, 0.0);
@@ -134,7 +134,7 @@ TEST(FilterSpectrumOfTwoBeams, HasTheModesOfBothAtFilteredFrequencies) {
 
 /// The lowest modes are those of the lumped beam after its rigid ones, at wf = 50 rad/s.
 void expect_lowest_modes(const BeamChain& beam, const test::Eigen& exact, PetscInt count, std::size_t rigid) {
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   const std::vector<Mode> modes = lowest_modes(line, count);
   ASSERT_EQ(modes.size(), static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -166,12 +166,12 @@ TEST(LowestModes, OfTwoEqualBeamsComeInPairs) {
   expect_lowest_modes(beam, test::lumped_modes(beam), 4, 4);
 }
 
-TEST(FilteredLine, MatchesTheDenseSolveUnderLoad) {
+TEST(FilteredStructure, MatchesTheDenseSolveUnderLoad) {
   BeamParameters parameters = test::steel_beam(12);
   parameters.right = test::kClamped;
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
   const double wf = 80.0;
-  FilteredLine line{beam, {.filter_frequency = wf}};
+  FilteredStructure line{beam, {.filter_frequency = wf}};
   const auto n = static_cast<std::size_t>(beam.nodes());
   test::Dense matrix = test::line_stiffness(beam);
   std::vector<double> displacement(n);
@@ -200,11 +200,11 @@ TEST(FilteredLine, MatchesTheDenseSolveUnderLoad) {
   }
 }
 
-TEST(FilteredLine, RefusesASolverThatIsWrongAlthoughItSaysItConverged) {
+TEST(FilteredStructure, RefusesASolverThatIsWrongAlthoughItSaysItConverged) {
   const test::Option type{"-filter_ksp_type", "preonly"};
   const test::Option preconditioner{"-filter_pc_type", "jacobi"};
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   std::vector<double> bent(count);
   for (std::size_t i = 0; i < count; ++i) {

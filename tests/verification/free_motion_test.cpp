@@ -1,7 +1,7 @@
 /// @file
 /// The Chebyshev series of the free motion against the exact solution by eigenvectors.
 
-#include "udar/dynamics/free_motion.hpp"
+#include "udar/integrators/free_motion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct Exact {
   std::vector<double> root_mass;
   test::Eigen modes{.values = {}, .vectors = test::Dense{0}};
 
-  Exact(FilteredLine& line, const std::vector<std::int32_t>& resting) {
+  Exact(FilteredStructure& line, const std::vector<std::int32_t>& resting) {
     const BeamChain& beam = line.beam();
     const auto n = static_cast<std::size_t>(beam.nodes());
     const auto first = static_cast<std::size_t>(beam.begin());
@@ -93,7 +93,7 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   parameters.segments[0].foundation_stiffness = 3e4;
   parameters.right = test::kPinned;
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  FilteredLine line{beam, {.filter_frequency = wf}};
+  FilteredStructure line{beam, {.filter_frequency = wf}};
   const auto n = static_cast<std::size_t>(beam.nodes());
   std::vector<double> velocity(n);
   std::vector<double> acceleration(n);
@@ -175,7 +175,7 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
 
 TEST(FreeMotion, NeedsFewSolves) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  FilteredLine line{beam, {.filter_frequency = 50.0}};
+  FilteredStructure line{beam, {.filter_frequency = 50.0}};
   const FreeMotion motion{line};
   // Solves of the two sequences per unit wf t at 1e-9.
   EXPECT_LE(2.0 * static_cast<double>(terms_for(motion, 4.0 / 50.0, 1e-9) - 1) / 4.0, 4.0);

@@ -199,7 +199,7 @@ double lifted_end(PetscInt elements, double length, std::size_t dense_points, do
   const double h = segment.length / static_cast<double>(elements);
   const std::vector<NodalLoad> load{{.position = segment.length, .time = {0.0}, .force = {lift}}};
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
-  FilteredLine line{beam, {.filter_frequency = 10.0}};
+  FilteredStructure line{beam, {.filter_frequency = 10.0}};
   const Loads loads{beam, kGravity, load};
   const InitialState initial{.height = 0.0};
   Equations equations{line, loads, initial};
@@ -265,7 +265,7 @@ TEST(Moreau, FlatFallKeepsNewtonsLawAndEnergy) {
     const double step = 1e-4;
     const test::Option end{"-ts_max_time", "0.7"};
     const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
-    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
     const Loads loads{beam, kGravity, {}};
     const InitialState initial{.height = 1.0};
     Equations equations{line, loads, initial};
@@ -304,7 +304,7 @@ TEST(Moreau, EndsWhereABeamFallsThroughItsSupports) {
   const double step = 0.5;
   const test::Option end{"-ts_max_time", "0.5"};
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+  FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
   const Loads loads{beam, kGravity, {}};
   const InitialState initial{.height = 0.05};
   Equations equations{line, loads, initial};
@@ -326,7 +326,7 @@ TEST(Moreau, FreeVibrationIsOfSecondOrder) {
     parameters.left = test::kPinned;
     parameters.right = test::kPinned;
     const BeamChain beam{PETSC_COMM_WORLD, parameters};
-    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
     const Loads loads{beam, 0.0, {}};
     InitialState initial{.height = 0.0};
     for (PetscInt node = 0; node <= 40; ++node) {
@@ -363,13 +363,13 @@ TEST(Moreau, RefusesTheFilterAndTheFilterRefusesIt) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
   const Loads loads{beam, kGravity, {}};
   const InitialState initial{.height = 1.0};
-  FilteredLine filtered{beam, {.filter_frequency = 100.0}};
+  FilteredStructure filtered{beam, {.filter_frequency = 100.0}};
   Equations with{filtered, loads, initial};
   {
     const test::Option type{"-ts_type", "moreau"};
     EXPECT_THROW((ImpactDynamics{with, {}, initial}), InputError);
   }
-  FilteredLine unfiltered{beam, {.filter_frequency = 100.0, .unfiltered = true}};
+  FilteredStructure unfiltered{beam, {.filter_frequency = 100.0, .unfiltered = true}};
   Equations without{unfiltered, loads, initial};
   for (const char* name : {"rk", "impact", "chebyshev"}) {
     const test::Option type{"-ts_type", name};

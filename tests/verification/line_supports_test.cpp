@@ -346,7 +346,7 @@ TEST(LineSupportsOfAllKinds, EverStifferSpringsAreRigidInTheEnd) {
 TEST(Moreau, ALoadMayJumpWithinAStep) {
   const test::Option end{"-ts_max_time", "1"};
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
-  FilteredLine line{beam, {.filter_frequency = 2.0 / 0.01, .unfiltered = true}};
+  FilteredStructure line{beam, {.filter_frequency = 2.0 / 0.01, .unfiltered = true}};
   const NodalLoad pulse{.position = 5.0, .time = {0.1234, 0.1234, 0.4567, 0.4567}, .force = {0.0, 3000.0, 3000.0, 0.0}};
   const Loads loads{beam, 0.0, {pulse}};
   const InitialState initial{.height = 1.0, .velocity = 0.5};
@@ -370,7 +370,7 @@ TEST(MoreauOnMovingSupports, ABeamRidesOnAShakenTable) {
   for (const double step : {1e-3, 5e-4}) {
     const test::Option end{"-ts_max_time", "0.75"};
     const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(6)};
-    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
     const Loads loads{beam, kGravity, {}};
     const InitialState initial{.height = 0.0};
     Equations equations{line, loads, initial};
@@ -409,7 +409,7 @@ TEST(MoreauOnMovingSupports, TheRelativeVelocityTurnsRound) {
     const double rise = 2.0;
     const test::Option end{"-ts_max_time", "0.3"};
     const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(6)};
-    FilteredLine line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
+    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
     const Loads loads{beam, 0.0, {}};
     const InitialState initial{.height = 0.2, .velocity = 0.5};  // it runs away, and is caught up with
     Equations equations{line, loads, initial};

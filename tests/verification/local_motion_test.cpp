@@ -2,7 +2,7 @@
 /// The impact integrator on random problems against a slow reference: the same law, in long double, with every zero of
 /// every derivative bracketed.
 
-#include "udar/dynamics/local_motion.hpp"
+#include "udar/local/local_motion.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "udar/dynamics/local_batch.hpp"
+#include "udar/local/local_batch.hpp"
 
 namespace udar {
 namespace {

@@ -26,7 +26,7 @@ constexpr std::size_t kNeverDense = 0;
 /// The beam with a shape of its masses, and the line that contact makes of it.
 struct Held {
   BeamChain beam;
-  FilteredLine line;
+  FilteredStructure line;
   std::vector<double> position;
   std::vector<double> free_stretch;
 
@@ -219,7 +219,7 @@ TEST(ManyContactNodes, NeedNumbersAndALineForTheChain) {
   BeamParameters pulled = test::steel_beam(200);
   pulled.tension = 1e4;
   const BeamChain beam{PETSC_COMM_WORLD, pulled};
-  FilteredLine line{beam, {.filter_frequency = kFrequency}};
+  FilteredStructure line{beam, {.filter_frequency = kFrequency}};
   EXPECT_THROW((LineContact{line, {Support::floor(0.0, 1.0)}, kNeverDense}), InputError);
   EXPECT_TRUE((LineContact{line, {Support::floor(0.0, 1.0)}, kAlwaysDense}.dense()));
 }
@@ -233,7 +233,7 @@ std::vector<double> fall(const char* type, PetscInt dense, double& drift, double
   const test::Option adapt{"-ts_adapt_type", std::string{type} == "rk" ? "none" : "basic"};
   const test::Option rtol{"-ts_rtol", "1e-8"};
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
-  FilteredLine line{beam, {.filter_frequency = moreau ? 1e4 : kFrequency, .unfiltered = moreau}};
+  FilteredStructure line{beam, {.filter_frequency = moreau ? 1e4 : kFrequency, .unfiltered = moreau}};
   const Loads loads{beam, 9.81, {}};
   const InitialState initial{.height = 0.05, .slope = 0.005, .velocity = -2.0};
   Equations equations{line, loads, initial};

@@ -10,9 +10,9 @@
 #include <string>
 
 #include "support/steel_beam.hpp"
-#include "udar/dynamics/problem_stepper.hpp"
-#include "udar/dynamics/ts_chebyshev.hpp"
-#include "udar/dynamics/ts_impact.hpp"
+#include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/ts_chebyshev.hpp"
+#include "udar/integrators/ts_impact.hpp"
 #include "udar/petsc/array.hpp"
 
 namespace udar {
@@ -21,7 +21,7 @@ namespace {
 /// A beam that touches the floor at its left end soon, its TS made by hand.
 struct Stepped {
   BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
-  FilteredLine line{beam, {.filter_frequency = 100.0}};
+  FilteredStructure line{beam, {.filter_frequency = 100.0}};
   Loads loads{beam, 9.81, {}};
   InitialState initial{.height = 0.52, .slope = 0.1, .velocity = -3.0};
   Equations equations{line, loads, initial};
@@ -54,13 +54,13 @@ struct Stepped {
       const petsc::ReadArray values{state};
       equations.evaluate(0.0, {values.values(), count}, at_start);
     }
-    stepper_inside(ts)->start(at_start);
+    integrator_inside(ts)->start(at_start);
   }
 
   double step() {
     double time = 0.0;
     contact.begin_step();
-    stepper_inside(ts)->begin_step();
+    integrator_inside(ts)->begin_step();
     UDAR_CALL(TSStep(ts));
     UDAR_CALL(TSGetTime(ts, &time));
     return time;

@@ -7,9 +7,9 @@
 
 #include "udar/contact/support.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
-#include "udar/dynamics/initial_state.hpp"
-#include "udar/filter/filtered_line.hpp"
+#include "udar/filter/filtered_structure.hpp"
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
 
 namespace udar::app {

@@ -18,7 +18,7 @@ namespace udar::app {
 /// @brief Prints mass, length, frequencies and what the filter makes of the first, supports, expected first contact,
 /// rows and bytes, one line each.
 /// @param[in] modes the lowest ones @note Collective.
-void print_echo(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes);
+void print_echo(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes);
 
 /// @brief Warns of what looks like a slip of sign or unit: gravity, fall, no support, a contact expected after the end.
 /// @note Collective. Material and section are judged where they are read.

@@ -26,6 +26,6 @@ void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& fi
 /// @return their numbers, counted from 1; empty: none
 /// @note Collective; printed by rank 0.
 /// @throws InputError if there is no such mode, or only one of two with the same frequency is asked for
-std::vector<PetscInt> correct_modes(FilteredLine& line, const FilterInput& filter);
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const FilterInput& filter);
 
 }  // namespace udar::app

@@ -16,15 +16,15 @@ struct SupportSprings {
   double predicted_sag = 0.0;  ///< of a rigid beam on these springs, m g / k + sqrt((m g / k)^2 + v^2 m / k) [m]
 };
 /// @note Collective.
-[[nodiscard]] SupportSprings support_springs(const FilteredLine& line, const Case& input);
+[[nodiscard]] SupportSprings support_springs(const FilteredStructure& line, const Case& input);
 
 /// @brief Prints case, sizes, frequencies and supports. @note Collective; printed by rank 0.
-void print_view(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+void print_view(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                 const SupportSprings& springs);
 
 /// @brief Prints a warning for each way in which the filter distorts the answer by more than 10 %.
 /// @note Collective; printed by rank 0 on standard error.
-void print_warnings(const Case& input, const FilteredLine& line, const std::vector<Mode>& modes,
+void print_warnings(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs);
 
 /// @brief One line that shows where a long run stands; silent unless standard output is a terminal.

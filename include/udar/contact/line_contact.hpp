@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "udar/contact/complementarity.hpp"
 #include "udar/contact/obstacle_forces.hpp"
 #include "udar/contact/support.hpp"
-#include "udar/filter/filtered_line.hpp"
+#include "udar/filter/filtered_structure.hpp"
+#include "udar/numerics/complementarity.hpp"
 
 namespace udar {
 
@@ -30,8 +30,8 @@ class LineContact {
 
   /// @param dense_points more contact points than these under one support are many
   /// @note Collective: few points, a line solve for each and one reduction.
-  /// @throws InputError as `contact_runs`, and as `ObstacleForces` for many
-  LineContact(FilteredLine& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
+  /// @throws InputError as `find_contact_sets`, and as `ObstacleForces` for many
+  LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return line_->beam().comm(); }
   [[nodiscard]] bool on_first_rank() const noexcept { return line_->beam().begin() == 0; }
@@ -92,7 +92,7 @@ class LineContact {
   void compute_compliance();
   void sum(std::vector<double>& values) const;
 
-  FilteredLine* line_;
+  FilteredStructure* line_;
   std::vector<LinePoint> points_;
   std::vector<std::size_t> mine_;  // points on this rank's nodes
   std::optional<Complementarity> problem_;

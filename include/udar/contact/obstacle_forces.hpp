@@ -13,7 +13,7 @@
 
 #include "udar/contact/support.hpp"
 #include "udar/filter/chain_solver.hpp"
-#include "udar/filter/filtered_line.hpp"
+#include "udar/filter/filtered_structure.hpp"
 #include "udar/petsc/handle.hpp"
 
 namespace udar {
@@ -45,7 +45,7 @@ class ObstacleForces {
  public:
   /// @param points of this rank @note Collective. Memory and cost O(local nodes).
   /// @throws InputError if the line is not one for the chain solver
-  ObstacleForces(FilteredLine& line, std::span<const LinePoint> points);
+  ObstacleForces(FilteredStructure& line, std::span<const LinePoint> points);
   ObstacleForces(const ObstacleForces&) = delete;
   ObstacleForces& operator=(const ObstacleForces&) = delete;
   ~ObstacleForces();
@@ -70,7 +70,7 @@ class ObstacleForces {
   void test_convergence();
   [[nodiscard]] std::string check(std::span<const double> asked, std::span<double> force);
 
-  FilteredLine* line_;
+  FilteredStructure* line_;
   std::vector<PetscInt> node_;  // of each point, local
   std::vector<double> side_;
   std::vector<double> yield_;         // compliance of the support, per unit of force

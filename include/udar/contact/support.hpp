@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "udar/contact/support_motion.hpp"
+#include "udar/numerics/polyline.hpp"
 #include "udar/structure/beam_chain.hpp"
-#include "udar/structure/polyline.hpp"
 
 namespace udar {
 
@@ -56,7 +56,7 @@ struct Support {
 };
 
 /// @brief A row of this rank's nodes that may touch one support.
-struct ContactRun {
+struct ContactSet {
   std::size_t first = 0;  ///< local node
   std::size_t last = 0;   ///< one past the last local node
   PetscInt support = 0;   ///< index of the support
@@ -91,6 +91,6 @@ struct ContactRun {
 /// @note Not collective.
 /// @throws InputError naming option, value and range if a support is off the beam, touches no node, has e outside [0,
 /// 1], or if one that moves or gives way shares nodes with another on its side
-[[nodiscard]] std::vector<ContactRun> contact_runs(const BeamChain& beam, const std::vector<Support>& supports);
+[[nodiscard]] std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vector<Support>& supports);
 
 }  // namespace udar

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "udar/dynamics/contact_state.hpp"
-#include "udar/dynamics/equations.hpp"
-#include "udar/dynamics/stepper.hpp"
+#include "udar/integrators/integrator.hpp"
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/equations.hpp"
 #include "udar/petsc/handle.hpp"
 
 namespace udar {
@@ -109,14 +109,14 @@ class ImpactDynamics {
 
   Equations* equations_;
   std::optional<LineContact> line_contact_;
-  std::vector<ContactRun> near_;  // nodes under supports, whoever touches
+  std::vector<ContactSet> near_;  // nodes under supports, whoever touches
   ImpactProblem problem_;
   ContactState contact_;
   std::size_t count_;
   petsc::TimeStepper ts_;
   petsc::Vector state_;  // [Ym, Vm] of the local nodes
-  std::unique_ptr<Stepper> located_;
-  Stepper* stepper_ = nullptr;  // inside ts_, or located_
+  std::unique_ptr<Integrator> located_;
+  Integrator* stepper_ = nullptr;  // inside ts_, or located_
   double time_ = 0.0;
   double end_time_ = 0.0;
   double wanted_step_ = 0.0;

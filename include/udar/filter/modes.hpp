@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "udar/filter/filtered_line.hpp"
+#include "udar/filter/filtered_structure.hpp"
 
 namespace udar {
 
@@ -30,7 +30,7 @@ struct Mode {
 /// @param line without corrected modes
 /// @note Collective; some tens of line solves. Computed by SLEPc on the operator of the filter, options
 /// `-filter_eps_*`. Source: docs/theory.md, "What the filter does to a mode"
-[[nodiscard]] std::vector<Mode> lowest_modes(FilteredLine& line, PetscInt count);
+[[nodiscard]] std::vector<Mode> lowest_modes(FilteredStructure& line, PetscInt count);
 
 /// @brief The same to all the digits that the line solve has, with shapes, by a line on filter springs that separate
 /// these modes best, whatever the filter frequency in `filter`, which only gives `Mode::filtered` (0: not known).
@@ -41,7 +41,7 @@ struct Mode {
 
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
 /// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge
-[[nodiscard]] double largest_frequency(FilteredLine& line);
+[[nodiscard]] double largest_frequency(FilteredStructure& line);
 
 /// @brief ell = (4 EI / (rhoA wf^2))^(1/4) [m]: over this length the line forgets a force on one mass.
 /// @return the largest of all segments

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "udar/dynamics/observer.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar::io {
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "udar/dynamics/observer.hpp"
 #include "udar/io/csv.hpp"
 #include "udar/io/layout.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar::io {
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "udar/dynamics/observer.hpp"
 #include "udar/io/bending_peaks.hpp"
 #include "udar/io/layout.hpp"
 #include "udar/io/support_forces.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar::io {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "udar/dynamics/observer.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar::io {
 

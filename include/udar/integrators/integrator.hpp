@@ -1,0 +1,100 @@
+#pragma once
+/// @file
+/// What a run asks of whatever advances the masses, and what that needs to know.
+
+#include <petscts.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/equations.hpp"
+#include "udar/motion/motion_scale.hpp"
+#include "udar/motion/motion_state.hpp"
+
+namespace udar {
+
+/// @brief What the integrators advance: the masses on their line, and who touches what.
+struct ImpactProblem {
+  Equations* equations = nullptr;
+  ContactState* contact = nullptr;
+  MotionScale scale{};
+};
+
+/// @brief The dense output of the last step and its end; one implementation for each way to meet impacts.
+class Integrator {
+ public:
+  Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+  virtual ~Integrator() = default;
+
+  /// @brief Takes up the motion at the state of the TS and of contact. @param line where the line stands there
+  /// @note Collective.
+  virtual void start(const LineState& line) = 0;
+  /// @brief The next step starts from the state of the TS and of contact. @note Collective.
+  virtual void begin_step() = 0;
+  /// @brief Ends the step that the TS has taken, at its end or earlier. @return its end [s] @note Collective.
+  virtual double end_step() = 0;
+  /// @brief Brings the state of the TS and of contact past the events at the end, if that is not yet done.
+  virtual void apply_events() = 0;
+  /// Takes the whole step back.
+  virtual void return_to_start() = 0;
+  /// Step length to go on with [s], before limits from outside.
+  [[nodiscard]] virtual double next_step() const = 0;
+  /// Whether no other length will do.
+  [[nodiscard]] virtual bool fixed_step() const { return false; }
+
+  /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
+  virtual void masses(double time, std::span<double> position, std::span<double> velocity,
+                      std::span<std::uint8_t> resting) const = 0;
+  /// @brief Integral of Ym and the stretch [m s] at a local node that has a load, from the start of the step to a time
+  /// within it.
+  [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
+
+  /// @brief Where the line is at such a node and time [m]; asked for only where a load jumps within a step, which those
+  /// of fixed length alone do not end at.
+  [[nodiscard]] virtual double line_place(std::size_t /*node*/, double /*at*/) const { return 0.0; }
+
+  /// Ym [m], then Vm [m/s], of the local nodes at the start of the step.
+  [[nodiscard]] virtual std::span<const double> start_of_step() const = 0;
+
+  /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
+  [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
+  /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
+  /// a time within it; asked for where loads change. @note Collective.
+  [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }
+
+  /// Steps taken again to end at an event.
+  [[nodiscard]] virtual PetscInt repeated_steps() const { return 0; }
+  /// Evaluations of the acceleration that a right-hand side asked for.
+  [[nodiscard]] virtual PetscInt evaluations() const { return 0; }
+
+  /// @brief Bytes that its steps so far had to move between memory and this rank, vectors read twice counted twice,
+  /// line solves not counted; 0: it does not know. Source: docs/theory.md, the integrators' cost.
+  [[nodiscard]] virtual double streamed_bytes() const { return 0.0; }
+
+  /// What else it counts, by name.
+  [[nodiscard]] virtual std::map<std::string, PetscInt> tally() const { return {}; }
+
+  /// What must be kept, besides masses and contact, to go on bit for bit. Called between steps.
+  virtual void save(MotionState& state) const = 0;
+  virtual void restore(const MotionState& state) = 0;
+};
+
+/// @brief Keeps the stretch of a line state and what belongs to it, and reads it back.
+/// @throws InputError naming -restart_file if something is missing or not of `size`
+void save_line(const LineState& line, MotionState& state);
+[[nodiscard]] LineState saved_line(const MotionState& state, std::size_t size);
+
+/// @brief Error that a step of our own types may make, relative to the motion's scale: `-ts_rtol`, and `-ts_atol` over
+/// the scale if it is given.
+[[nodiscard]] double step_tolerance(TS stepper, const MotionScale& scale);
+
+/// How far two times may differ and still be the same instant [s].
+[[nodiscard]] double time_resolution(double time);
+
+}  // namespace udar

@@ -1,0 +1,21 @@
+#pragma once
+/// @file
+/// `-ts_type moreau`: the unfiltered beam, by time stepping of fixed length.
+
+#include <petscts.h>
+
+namespace udar {
+
+/// Name of the `TS` type.
+inline constexpr const char* kTsMoreau = "moreau";
+
+/// @brief Registers `-ts_type moreau`. May be called again. @note Not collective.
+///
+/// The Moreau-Jean scheme with theta = 1/2 on M y'' + C y = F: the impact law holds between the velocities at both ends
+/// of a step, at all nodes that a support reaches in it together. Its matrix M + h^2/4 C is that of a line on filter
+/// springs of 2/h: it needs a `FilteredStructure` made so (`FilterParameters::unfiltered`), and that is the step's
+/// length; there is no error control. Needs a problem: `compose_problem`. Source: docs/theory.md, "The unfiltered
+/// beam"; Jean, Comput. Methods Appl. Mech. Engrg 177 (1999) 235.
+[[nodiscard]] PetscErrorCode register_ts_moreau();
+
+}  // namespace udar

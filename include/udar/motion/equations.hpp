@@ -1,0 +1,95 @@
+#pragma once
+/// @file
+/// The filtered equations of motion between impacts, and their energy.
+
+#include <span>
+#include <vector>
+
+#include "udar/contact/line_contact.hpp"
+#include "udar/filter/filtered_structure.hpp"
+#include "udar/motion/observer.hpp"
+#include "udar/structure/initial_state.hpp"
+#include "udar/structure/load.hpp"
+
+namespace udar {
+
+/// @brief Where the line stands at one time, one value per local node.
+struct LineState {
+  double time = 0.0;                  ///< [s]
+  double begin = 0.0;                 ///< of the step whose forces it is under [s]
+  std::vector<double> stretch;        ///< d = Yc - Ym [m]; the mass accelerates by wf^2 d
+  std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
+  std::vector<double> moment;         ///< [N m]; empty unless asked for
+  std::vector<double> contact_force;  ///< at `LineContact::points`, away from the supports [N]
+  bool held = false;                  ///< whether there is any of them, equal on every rank
+};
+
+/// @brief What changing loads alone do to the line, by their rates: no mass moves.
+struct LoadRate {
+  std::vector<double> stretch;    ///< [m/s], one value per local node; empty: loads are steady
+  std::vector<double> amplitude;  ///< of it in the corrected modes [m kg^(1/2)/s]
+};
+
+/// @brief Rayleigh damping of the filtered beam: the force -(mass M + stiffness D) Ym' on the masses, where D Ym' =
+/// -wf^2 M d(Ym') and d(Ym') is the stretch that the masses' velocities alone would give the line. A mode of frequency
+/// lambda has the damping ratio mass / (2 lambda) + stiffness lambda / 2.
+struct Damping {
+  double mass = 0.0;       ///< [1/s], >= 0
+  double stiffness = 0.0;  ///< [s], >= 0
+
+  [[nodiscard]] bool any() const noexcept { return mass != 0.0 || stiffness != 0.0; }
+};
+
+/// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
+class Equations {
+ public:
+  /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite
+  Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {});
+
+  [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
+
+  /// Lets supports hold the line; null: nothing does. It must outlive its use.
+  void hold_line(LineContact* contact) noexcept { line_contact_ = contact; }
+  [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_; }
+
+  /// @brief Solves for the line at a time, held by its supports. @param[in] mass_position Ym [m] @note Collective.
+  void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
+
+  /// @brief d(Vm) [m/s]: the rate of the stretch while loads are steady. @param[in] mass_velocity Vm [m/s]
+  /// @note Collective.
+  void evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate);
+
+  /// @brief What changing loads add to it just after time t, until their next kink.
+  /// @note Collective; one line solve between two kinks.
+  [[nodiscard]] const LoadRate& load_rate(double time);
+
+  /// @brief Yc - Ym of the line [m], one value per local node: the stretch, less what corrected modes put into the
+  /// pull.
+  [[nodiscard]] std::vector<double> line_stretch(const LineState& state) const;
+
+  /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line. The
+  /// scale of the ledger is what rounding alone lets one judge by; its other entries are left at zero.
+  /// @param state with moment
+  /// @note Collective: one reduction of six numbers.
+  [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
+                                    std::span<const double> mass_velocity);
+
+  /// Height of the reference axis at the local nodes [m].
+  [[nodiscard]] std::span<const double> axis() const noexcept { return axis_; }
+  [[nodiscard]] const BeamChain& beam() const noexcept { return line_->beam(); }
+  [[nodiscard]] FilteredStructure& line() const noexcept { return *line_; }
+  [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }
+
+ private:
+  FilteredStructure* line_;
+  const Loads* loads_;
+  Damping damping_;
+  LineContact* line_contact_ = nullptr;
+  std::vector<double> axis_;          // reference axis at the local nodes
+  std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
+  std::vector<double> work_;          // loads, if they must be added up
+  LoadRate load_rate_;
+  std::size_t load_interval_ = 0;  // of `load_rate_`
+};
+
+}  // namespace udar

@@ -1,0 +1,564 @@
+#include "udar/integrators/ts_impact.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "udar/integrators/line_forces.hpp"
+#include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/sweep.hpp"
+#include "udar/integrators/sweep_tally.hpp"
+#include "udar/integrators/touching_masses.hpp"
+#include "udar/local/step_maps.hpp"
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
+
+namespace udar {
+namespace {
+
+using local::kMostTerms;
+using petsc::ReadArray;
+
+// Sweeps are over when all that further ones could still change is this share of the tolerance.
+constexpr double kSettled = 0.05;
+constexpr int kMostSweeps = 12;
+// The last bits of places, some three of them in what a solve makes of them, must stay below that share of this.
+constexpr double kLastBits = 64.0 * std::numeric_limits<double>::epsilon();
+// After some sweeps, those that would not settle by then have met masses whose impacts come and go, or are too long.
+constexpr int kPatience = 4;
+// A step that sweeps slowly is too long.
+constexpr double kLongestAngle = 1.5;
+// Nor is one taken whose sweeps are known to gain less than this: two shorter ones cost less.
+constexpr double kSlowest = 0.5;
+// The integral of a Legendre polynomial over a part of the step, at most: what a neglected term of the drive does to a
+// speed within the step. At the end little is left of that, but what dampers take is summed up on the way.
+constexpr double kWithin = 0.1;
+// A failed step is cut at an impact that holds this share of all momentum exchanged in it.
+constexpr double kHeavy = 0.3;
+// ... unless it already lies at a border of the step.
+constexpr double kShortestCut = 0.02;
+constexpr double kLongestCut = 0.999;
+
+class Impact final : public ProblemIntegrator {
+ public:
+  void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
+    UDAR_CALL(PetscOptionsInt("-ts_impact_moments",
+                              "Legendre terms of the line's motion over a step; line solves a sweep; 5 by default on "
+                              "-contact_surface line",
+                              "TSIMPACT", moments_, &moments_, &moments_given_));
+    if (moments_ < 2 || moments_ > static_cast<PetscInt>(kMostTerms)) {
+      throw InputError{"option -ts_impact_moments: " + std::to_string(moments_) +
+                       " is not allowed, expected an integer from 2 to 5"};
+    }
+    set_default_tolerance(stepper, kTolerance);
+  }
+
+  void start(const LineState& line) override {
+    // The line's motion is first taken to go on as the masses do.
+    UDAR_CALL(TSGetTimeStep(ts_, &polynomial_step_));
+    polynomial_step_ = std::min(polynomial_step_, longest_);
+    const ReadArray now{state_};
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double half = contact_->resting(i) ? 0.0 : -0.5 * polynomial_step_ * now.values()[count_ + i];
+      sweep_.line_rows[0][i] = line.stretch[i] + half;  // seen as the step that ends here
+      sweep_.line_rows[1][i] = -half;
+      for (std::size_t j = 2; j < sweep_.terms; ++j) {
+        sweep_.line_rows[j][i] = 0.0;
+      }
+      for (std::size_t j = 0; j < sweep_.terms && damps_by_rate(); ++j) {
+        sweep_.rate_rows[j][i] = j == 0 && !contact_->resting(i) ? now.values()[count_ + i] : 0.0;
+      }
+    }
+    from_end_ = true;
+    ProblemIntegrator::begin_step();
+  }
+
+  /// After a step the line's motion counts from the new positions.
+  void begin_step() override {
+    if (stepped_) {
+      polynomial_step_ = length_;
+      from_end_ = true;
+      for (std::size_t i = 0; i < count_; ++i) {
+        sweep_.line_rows[0][i] -= sweep_.end[i] - start_[i];
+      }
+      touching_->release_memory();
+    }
+    ProblemIntegrator::begin_step();
+  }
+
+  bool advance() override {
+    double step = enter_step(longest_);
+    note_scale();
+    if (damps_by_rate()) {
+      solve_start();
+    }
+    bool accepted = false;
+    double next = step;
+    for (int attempt = 0; !accepted; ++attempt) {
+      if (attempt > kMostAttempts) {
+        return false;
+      }
+      const bool settled = settle(step);
+      if (settled) {
+        const petsc::Judgement judged = petsc::judge_step(ts_, step);
+        accepted = judged.accepted;
+        next = judged.next_step;
+      } else {
+        next = 0.5 * step;
+      }
+      if (!accepted) {
+        petsc::count_rejection(ts_);
+        const double cut = settled ? heavy_impact() * step : 0.0;
+        if (cut > kShortestCut * step && cut < kLongestCut * step) {
+          next = cut;
+          ++cuts_;
+        }
+        step = next;
+      }
+    }
+    next_step_ = std::min(next, longest_);
+    ++own_steps_;
+    leave_step(step, next_step_);
+    const petsc::LogScope contact{petsc::log_events().contact};
+    touching_->write_journal();
+    if (sweep_.damped()) {
+      contact_->flow({.damped = dragged(1.0)});
+    }
+    if (line_forces_) {
+      line_forces_->write_journal();
+    }
+    touching_->track_line();
+    return true;
+  }
+
+  [[nodiscard]] Error error() const override { return {.norm = error_, .order = static_cast<int>(sweep_.terms)}; }
+
+  void view(TS stepper, PetscViewer viewer) const override {
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  impact integrator: %d moments, longest step %g s, error of a step %g\n",
+                                     static_cast<int>(moments_), longest_, tolerance_));
+    PetscInt rejected = 0;
+    UDAR_CALL(TSGetStepRejections(stepper, &rejected));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, sweeps %d, rejected %d, cut at impacts %d\n",
+                                     static_cast<int>(steps()), static_cast<int>(sweeps_), static_cast<int>(rejected),
+                                     static_cast<int>(cuts_)));
+  }
+
+  [[nodiscard]] double next_step() const override { return next_step_; }
+
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    if (!stepped_) {
+      return 0.0;
+    }
+    const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
+    const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.line_rows[j][node]; });
+    double sum = 0.0;
+    for (std::size_t k = sweep_.terms; k-- > 0;) {
+      sum = sum * tau + powers[k] / static_cast<double>(k + 1);
+    }
+    return length_ * tau * (start_[node] + sum);
+  }
+  [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
+    std::vector<double> integrals(sweep_.corrected.size());
+    const double tau = stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0;
+    for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+      const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.amplitude[mode][j]; });
+      for (std::size_t k = sweep_.terms; k-- > 0;) {
+        integrals[mode] = integrals[mode] * tau + powers[k] / static_cast<double>(k + 1);
+      }
+      integrals[mode] *= length_ * tau;
+    }
+    return integrals;
+  }
+
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    if (!stepped_) {
+      return {};
+    }
+    const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
+    EnergyFlow flow = touching_->flow(tau);
+    flow.damped += sweep_.damped() ? dragged(tau) : 0.0;
+    flow.work += line_forces_ ? line_forces_->flow(tau).work : 0.0;
+    return flow;
+  }
+
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
+    return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
+  }
+  [[nodiscard]] double streamed_bytes() const override {
+    const auto m = static_cast<double>(sweep_.terms);
+    std::size_t contact_nodes = 0;
+    for (const ContactSet& run : contact_->runs()) {
+      contact_nodes += run.last - run.first;
+    }
+    // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
+    // predict: the line twice, moments written. A step: the state copied, its size, the line counted anew.
+    double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 11.0 * own_steps_);
+    // The line's rate by moments, stretches and both ends, and the drive by it and the line.
+    per_node += damps_by_rate() ? 8.0 * ((8.0 * m + 3.0) * sweeps_ + 6.0 * m * attempts_ + 3.0 * own_steps_) : 0.0;
+    // Who rests, and the line's distance at the end.
+    const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
+    return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
+  }
+  void save(MotionState& state) const override {
+    for (std::size_t j = 0; j < sweep_.terms; ++j) {
+      state.fields["line_" + std::to_string(j)] = sweep_.line_rows[j];
+      if (damps_by_rate()) {
+        state.fields["line_rate_" + std::to_string(j)] = sweep_.rate_rows[j];
+      }
+    }
+    state.scalars["line_step"] = polynomial_step_;
+    state.scalars["next_step"] = next_step_;
+    state.scalars["scale_length"] = scale_.length;
+    state.scalars["scale_velocity"] = scale_.velocity;
+  }
+  void restore(const MotionState& state) override {
+    for (std::size_t j = 0; j < sweep_.terms; ++j) {
+      sweep_.line_rows[j] = state.field("line_" + std::to_string(j), count_);
+      if (damps_by_rate()) {
+        sweep_.rate_rows[j] = state.field("line_rate_" + std::to_string(j), count_);
+      }
+    }
+    polynomial_step_ = state.scalar("line_step");
+    next_step_ = state.scalar("next_step");
+    scale_ = {.length = state.scalar("scale_length"), .velocity = state.scalar("scale_velocity")};
+    from_end_ = true;
+    ProblemIntegrator::begin_step();
+  }
+
+ private:
+  static constexpr double kTolerance = 1e-7;
+  static constexpr int kMostAttempts = 100;
+
+  /// Whether the line's rate drives the masses.
+  [[nodiscard]] bool damps_by_rate() const { return sweep_.line_damping != 0.0; }
+
+  void prepare() override {
+    TSAdapt adapt = nullptr;
+    double least = 0.0;
+    double most = 0.0;
+    UDAR_CALL(TSGetAdapt(ts_, &adapt));
+    UDAR_CALL(TSAdaptGetStepLimits(adapt, &least, &most));
+    if (moments_given_ == PETSC_FALSE && equations_->line_contact() != nullptr) {
+      moments_ = 5;  // as few solves as 4 there, and ten times less error within a step (docs/verification.md)
+    }
+    sweep_.terms = static_cast<std::size_t>(moments_);
+    kink_integral_ = kink_integral(sweep_.terms);
+    jump_integral_ = jump_integral(sweep_.terms);
+    sweep_.drag = equations_->damping().mass;
+    sweep_.line_damping = equations_->damping().stiffness;
+    sweep_.frequency = wf_;
+    longest_ = std::min(most, kLongestAngle / (highest_ + sweep_.drag + sweep_.line_drag()));
+    // An answer below zero: a corrected mode above wf.
+    line_answer_.least = std::min(0.0, 1.0 - highest_ * highest_ / (wf_ * wf_));
+    for (set_maps(longest_); sweep_.map.contraction > kSlowest; set_maps(longest_)) {
+      constexpr double kShorter = 0.9;
+      longest_ *= kShorter;
+    }
+    for (std::size_t j = 0; j < sweep_.unknowns(); ++j) {
+      sweep_.moment_rows[j].assign(count_, 0.0);
+    }
+    for (std::size_t j = 0; j < sweep_.terms; ++j) {
+      sweep_.line_rows[j].assign(count_, 0.0);
+      sweep_.rate_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+      sweep_.drive_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+    }
+    sweep_.start_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
+    sweep_.end_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
+    sweep_.steady[0].assign(count_, 0.0);
+    sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
+    sweep_.corrected = equations_->line().corrected_modes();
+    sweep_.amplitude.resize(sweep_.corrected.size());
+    steady_amplitude_.resize(sweep_.corrected.size());
+    sweep_.all_free.fill(1.0);
+    sweep_.count = count_;
+    sweep_.frequency = wf_;
+    sweep_.start = start_;
+    sweep_.end = petsc::WriteArray{state_}.values();  // stays where it is, too
+    sweep_.axis = equations_->axis();
+    sweep_.mass = equations_->line().mass();
+    touching_.emplace(sweep_, *contact_, equations_->beam());
+    if (equations_->line_contact() != nullptr) {
+      line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
+    }
+  }
+  void take_back() override { from_end_ = false; }  // the polynomial is that of the step taken back
+  void within(double elapsed, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    const double tau = elapsed / length_;
+    const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
+    for (std::size_t i = 0; i < count_; ++i) {
+      double place = map.place_of_start * start_[count_ + i] * length_;
+      double speed = map.speed_of_start * start_[count_ + i] * length_;
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        place += map.place[j] * sweep_.drive(j)[i];
+        speed += map.speed[j] * sweep_.drive(j)[i];
+      }
+      position[i] = start_[i] + place;
+      velocity[i] = speed / length_;
+      resting[i] = 0;
+    }
+    touching_->at(tau, position, velocity, resting);
+  }
+
+  /// What damping of the structure took of the masses that touched nothing, up to a share of the step [J].
+  [[nodiscard]] double dragged(double until) const {
+    double sum = 0.0;
+    for (const auto& [at, weight] : local::detail::kGauss) {
+      const double tau = at * until;
+      const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
+      std::array<double, kMostTerms> legendre{};
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        legendre[j] = local::detail::value(local::kLegendre[j].data(), sweep_.terms, tau);
+      }
+      const auto taken = [&](std::size_t i) {
+        double speed = map.speed_of_start * start_[count_ + i];
+        double rate = 0.0;
+        for (std::size_t j = 0; j < sweep_.terms; ++j) {
+          speed += map.speed[j] / length_ * sweep_.drive(j)[i];
+          rate += damps_by_rate() ? legendre[j] * sweep_.rate_rows[j][i] : 0.0;
+        }
+        return sweep_.mass[i] * speed * (sweep_.drag * speed + sweep_.line_drag() * (speed - rate));
+      };
+      double power = 0.0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        power += taken(i);
+      }
+      touching_->each([&](std::size_t node) { power -= taken(node); });
+      sum += weight * until * length_ * power;
+    }
+    return sum;
+  }
+
+  /// The line's motion over a new step: the polynomial at hand, gone on with or cut.
+  void extrapolate(double step) {
+    const Square change = legendre_change(sweep_.terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_);
+    const auto go_on = [&](auto& rows) {
+      std::array<double*, kMostTerms> lines{};
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        lines[j] = rows[j].data();
+      }
+      change_basis(sweep_.terms, lines, count_, change);
+    };
+    go_on(sweep_.line_rows);
+    if (damps_by_rate()) {
+      go_on(sweep_.rate_rows);
+      sweep_.find_drive(false);
+    }
+    polynomial_step_ = step;
+    from_end_ = false;
+  }
+
+  /// What forces add to the line's motion of this step: all of it but what hangs on the masses.
+  void load_line(double step) {
+    const Loads& loads = equations_->loads();
+    if (steady_known_ && !loads.time_dependent()) {
+      return;
+    }
+    steady_known_ = true;
+    const std::vector<double> none(count_, 0.0);
+    FilteredStructure& line = equations_->line();
+    line.solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
+    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+      steady_amplitude_[mode][0] = line.amplitudes()[mode];
+    }
+    if (loads.time_dependent()) {
+      const LoadRate& rate = equations_->load_rate(begin_);
+      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+        steady_amplitude_[mode][1] = 0.5 * step * rate.amplitude[mode];
+        steady_amplitude_[mode][0] += steady_amplitude_[mode][1];
+      }
+      for (std::size_t i = 0; i < count_; ++i) {
+        sweep_.steady[1][i] = 0.5 * step * rate.stretch[i];
+        sweep_.steady[0][i] += sweep_.steady[1][i];
+      }
+    }
+  }
+
+  /// What depends on the length of the step alone.
+  void set_maps(double step) {
+    sweep_.step = step;
+    sweep_.map = dense_map(sweep_.scale(), sweep_.terms);
+    set_gain(sweep_.map, sweep_.scale(), sweep_.terms, line_answer_);
+    sweep_.reach = reach_of(sweep_.scale(), sweep_.terms);
+  }
+
+  /// The line for all that a sweep has changed, and what drives the masses next.
+  void solve_line() {
+    std::array<chain::Column, kMostUnknowns> columns;
+    for (std::size_t j = 0; j < sweep_.unknowns(); ++j) {
+      columns[j] = {.displacement = sweep_.moment_rows[j].data(),
+                    .stretch = j < sweep_.terms ? sweep_.line_rows[j].data() : sweep_.end_stretch.data()};
+    }
+    equations_->line().solve({columns.data(), sweep_.unknowns()});
+    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
+      sweep_.amplitude[mode] = steady_amplitude_[mode];
+      for (std::size_t j = 0; j < sweep_.terms; ++j) {
+        sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
+      }
+      sweep_.amplitude[mode][0] += damps_by_rate() ? start_amplitude_[mode] : 0.0;
+    }
+    if (damps_by_rate()) {
+      sweep_.find_rates();
+    }
+    if (line_forces_) {
+      const petsc::LogScope contact{petsc::log_events().contact};
+      line_forces_->apply();
+    }
+    if (damps_by_rate()) {
+      sweep_.find_drive(true);
+    }
+  }
+
+  /// The line's answer to the places at the start, from which the moments of damped masses count.
+  void solve_start() {
+    std::vector<double> displacement(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      displacement[i] = start_[i] - sweep_.axis[i];
+    }
+    equations_->line().solve(displacement, {}, sweep_.start_stretch, {});
+    start_amplitude_.assign(equations_->line().amplitudes().begin(), equations_->line().amplitudes().end());
+  }
+
+  /// Repeats solves and local motion until they agree; false if they do not.
+  bool settle(double step) {
+    ++attempts_;
+    sweep_.begin = begin_;
+    set_maps(step);
+    if (line_forces_) {
+      line_forces_->begin();
+    }
+    load_line(step);
+    extrapolate(step);
+    move(true);
+    double before = std::numeric_limits<double>::infinity();
+    for (int sweeps = 1; sweeps <= kMostSweeps; ++sweeps) {
+      solve_line();
+      move(false);
+      if (line_forces_) {
+        line_forces_->tell(tally_);
+      }
+      ++sweeps_;
+      reduce_(tally_, equations_->beam().comm());
+      if (tally_.most[Tally::broken] != 0.0) {
+        throw not_finite();
+      }
+      scale_.grow(tally_.most[Tally::speed], highest_);
+      // The line and its rate are known but for their last bits; what pulls the masses by these counts for nothing.
+      const double way_of_step = step * tally_.most[Tally::speed];
+      const double z2 = sweep_.angle() * sweep_.angle();
+      const double rate = sweep_.line_drag() * step;
+      const double bits = kLastBits * (z2 * std::max(tally_.most[Tally::extent], way_of_step) + rate * way_of_step);
+      const double length = std::max(tolerance_ * scale_.length, bits);
+      const double way = std::max(tolerance_ * step * scale_.velocity, bits);
+      const auto relative = [&](double place, double speed) { return std::max(place / length, speed / way); };
+      // What the next sweep could change, and by how much that shrinks from one to the next.
+      const double push = z2 * tally_.most[Tally::change] + rate * tally_.most[Tally::rate];
+      const double change = relative(0.5 * push, push);
+      const double contraction = std::max(sweep_.map.contraction, sweeps > 1 && before > 0.0 ? change / before : 0.0);
+      const double left = contraction < 1.0 ? change / (1.0 - contraction) : std::numeric_limits<double>::infinity();
+      const double last = tally_.most[Tally::last_term];
+      const double within = sweep_.damped() ? kWithin * z2 * last : 0.0;
+      const double smooth = relative(std::max(std::abs(sweep_.map.place[sweep_.terms - 1]) * last, kWithin * within),
+                                     std::max(std::abs(sweep_.map.speed[sweep_.terms - 1]) * last, within));
+      const double kink = (z2 * kink_integral_ + rate * jump_integral_) * tally_.most[Tally::kink];
+      // A series that ends before its last two terms has no rate of decay, and no error.
+      const double decay = last > 0.0 ? std::min(1.0, last / tally_.most[Tally::term_before]) : 0.0;
+      error_ = std::max(smooth * decay, relative(0.5 * kink, kink));
+      if (left <= kSettled) {
+        return true;
+      }
+      if (sweeps > kPatience && left * std::pow(contraction, kMostSweeps - sweeps) > kSettled) {
+        return false;
+      }
+      before = change;
+    }
+    return false;
+  }
+
+  /// Local motion of all masses: moments for the next sweep, end of the step, line polynomial in place of the stretch.
+  void move(bool predict) {
+    const petsc::LogScope scope{petsc::log_events().local_motion};
+    tally_ = {};
+    sweep_.predict = predict;
+    touching_->begin(tally_);
+    Largest largest;
+    for (std::size_t from = 0; from < count_; from += kBlock) {
+      const std::size_t to = std::min(from + kBlock, count_);
+      Rows rows = sweep_.rows(from);
+      rows.free = touching_->take_out(from, to, largest);
+      map_masses(sweep_.terms, predict, rows, to - from, sweep_.map, sweep_.step, largest);
+      touching_->move(from, largest);
+    }
+    touching_->finish(largest);
+    finish_tally(largest);
+  }
+
+  /// How far masses are from the axis and how fast they are, at the start of the step.
+  void note_scale() {
+    speed_ = 0.0;
+    extent_ = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      speed_ = std::max(speed_, std::abs(start_[count_ + i]));
+      extent_ = std::max(extent_, std::abs(start_[i] - sweep_.axis[i]));
+    }
+  }
+
+  void finish_tally(const Largest& largest) {
+    auto& most = tally_.most;
+    most[Tally::speed] = speed_;
+    most[Tally::extent] = extent_;
+    most[Tally::change] = largest.change;
+    most[Tally::rate] = largest.rate;
+    most[Tally::last_term] = largest.last;
+    most[Tally::term_before] = largest.before;
+    most[Tally::broken] += largest.finite ? 0.0 : 1.0;
+  }
+
+  /// Share of the step at which most momentum is exchanged at once; 0: nothing stands out.
+  [[nodiscard]] double heavy_impact() const {
+    double all = 0.0;
+    std::size_t heaviest = 0;
+    for (std::size_t k = 0; k < kBins; ++k) {
+      all += tally_.kick[k];
+      heaviest = tally_.kick[k] > tally_.kick[heaviest] ? k : heaviest;
+    }
+    return tally_.kick[heaviest] > kHeavy * all ? tally_.first[heaviest] : 0.0;
+  }
+
+  PetscInt moments_ = 4;
+  PetscBool moments_given_ = PETSC_FALSE;
+  double longest_ = 0.0;
+  Sweep sweep_;
+  std::optional<TouchingMasses> touching_;
+  std::optional<LineForces> line_forces_;
+  bool steady_known_ = false;
+  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
+  std::vector<double> start_amplitude_;                           // of `Sweep::start_stretch`
+  std::vector<double> work_;
+  double kink_integral_ = 0.0;
+  double speed_ = 0.0;   // largest of this rank at the start of the step [m/s]
+  double extent_ = 0.0;  // the same of the distance from the axis [m]
+  double jump_integral_ = 0.0;
+  LineAnswer line_answer_;
+  Tally tally_;
+  TallyReduction reduce_;
+  double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]
+  bool from_end_ = true;          // the next step starts at its end, not at its start
+  double next_step_ = 0.0;
+  double error_ = 0.0;
+  PetscInt own_steps_ = 0;  // of this run; that of the TS goes on through a restart
+  PetscInt attempts_ = 0;
+  PetscInt sweeps_ = 0;
+  PetscInt cuts_ = 0;
+};
+
+}  // namespace
+
+PetscErrorCode register_ts_impact() { return petsc::register_integrator<Impact>(kTsImpact); }
+
+}  // namespace udar

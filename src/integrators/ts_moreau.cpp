@@ -1,0 +1,208 @@
+#include "udar/integrators/ts_moreau.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "udar/contact/line_contact.hpp"
+#include "udar/integrators/problem_integrator.hpp"
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
+
+namespace udar {
+namespace {
+
+// A mass that comes slower than this share of the speed its impulse gives lies on the support: what is left is
+// rounding.
+constexpr double kLying = 1e-6;
+
+class Moreau final : public ProblemIntegrator {
+ public:
+  void set_from_options(TS /*stepper*/, PetscOptionItems* /*PetscOptionsObject*/) override {}
+
+  void start(const LineState& /*line*/) override { ProblemIntegrator::begin_step(); }
+
+  bool advance() override {
+    enter_step(step_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      guess_[i] = start_[i] + 0.5 * step_ * start_[count_ + i];
+      displacement_[i] = guess_[i] - equations_->axis()[i];
+    }
+    equations_->line().solve(displacement_, equations_->loads().mean(begin_, begin_ + step_, work_), stretch_, {});
+    hold();
+    double zero = 0.0;  // stays zero unless some value is not finite
+    {
+      const petsc::WriteArray end{state_};
+      for (std::size_t i = 0; i < count_; ++i) {
+        end.values()[i] = start_[i] + step_ * start_[count_ + i] + 2.0 * stretch_[i];
+        end.values()[count_ + i] = start_[count_ + i] + 4.0 / step_ * stretch_[i];
+        zero += 0.0 * end.values()[count_ + i];
+      }
+    }
+    throw_together<SolveError>(equations_->beam().comm(), zero == 0.0 ? std::string{} : not_finite().what());
+    // Times are multiples of the step: thousands of sums would leave a sliver of a step at the end.
+    leave_step((std::round(begin_ / step_) + 1.0) * step_ - begin_, step_);
+    write_journal();
+    return true;
+  }
+
+  void view(TS /*stepper*/, PetscViewer viewer) const override {
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  Moreau-Jean scheme: step %g s, theta 1/2, %d contact nodes\n", step_,
+                                     static_cast<int>(contact_nodes_ ? contact_nodes_->points().size() : 0)));
+  }
+
+  [[nodiscard]] double next_step() const override { return step_; }
+  [[nodiscard]] bool fixed_step() const override { return true; }
+
+  /// The nodes move evenly between the ends of a step.
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    const double elapsed = std::clamp(until - begin_, 0.0, length_);
+    return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
+  }
+
+  [[nodiscard]] double line_place(std::size_t node, double at) const override {
+    return start_[node] + std::clamp(at - begin_, 0.0, length_) * mean_velocity(node);
+  }
+
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    return {.work = stepped_ && until - begin_ >= 0.5 * length_ ? work_in_ : 0.0};
+  }
+
+  void save(MotionState& /*state*/) const override {}
+  void restore(const MotionState& /*state*/) override { ProblemIntegrator::begin_step(); }
+
+ private:
+  void prepare() override {
+    if (!equations_->line().parameters().unfiltered) {
+      throw InputError{"option -ts_type: moreau integrates the unfiltered beam; it needs -filter_frequency none"};
+    }
+    step_ = 2.0 / wf_;
+    guess_.resize(count_);
+    displacement_.resize(count_);
+    stretch_.resize(count_);
+    if (!contact_->supports().empty()) {
+      contact_nodes_.emplace(equations_->line(), contact_->supports(),
+                             static_cast<std::size_t>(contact_->parameters().line_dense_max));
+      force_.resize(contact_nodes_->points().size());
+    }
+  }
+  void take_back() override {}
+  void within(double elapsed, std::span<double> position, std::span<double> velocity,
+              std::span<std::uint8_t> resting) const override {
+    // The nearer end of the step: velocities that turn round within it have no mean that keeps energy.
+    const petsc::ReadArray end{state_};
+    const double* const nearer = elapsed < 0.5 * length_ ? start_ : end.values();
+    for (std::size_t i = 0; i < count_; ++i) {
+      position[i] = nearer[i];
+      velocity[i] = nearer[count_ + i];
+      resting[i] = 0;
+    }
+    if (contact_nodes_) {
+      for (const std::size_t point : contact_nodes_->mine()) {
+        resting[contact_nodes_->local(point)] |= static_cast<std::uint8_t>(force_[point] > 0.0);
+      }
+    }
+  }
+
+  /// What its motion adds to a support's height at the start of the step [m], and its velocity at both ends [m/s].
+  struct Face {
+    double height;
+    double before;
+    double after;
+  };
+  [[nodiscard]] Face face_of(const LinePoint& point) const {
+    const SupportMotion::State start = point.lift(begin_);
+    return {.height = start.height, .before = start.velocity, .after = point.lift(begin_ + step_).velocity};
+  }
+
+  /// v+ - s+ >= -e (v- - s-) where a support of velocity s is reached in this step. As v+ = v- + (4/h) d with the
+  /// stretch d from y + h/2 v-, that is d >= -(h/4)((1 + e) v- - s+ - e s-): the line held off a support, and the
+  /// impulse over the step's length is the force.
+  void hold() {
+    if (!contact_nodes_) {
+      return;
+    }
+    const petsc::LogScope scope{petsc::log_events().contact};
+    enum Field : std::size_t { guess, gap, fields };
+    const auto& points = contact_nodes_->points();
+    std::vector<double> values;
+    contact_nodes_->gather(
+        fields,
+        [&](std::size_t point, std::size_t field) {
+          const std::size_t node = contact_nodes_->local(point);
+          const double e = contact_->supports()[static_cast<std::size_t>(points[point].support)].restitution;
+          return field == guess ? guess_[node] : stretch_[node] + 0.25 * step_ * (1.0 + e) * start_[count_ + node];
+        },
+        values);
+    std::vector<double> gaps(points.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const double* of = values.data() + i * fields;
+      const Face face = face_of(points[i]);
+      if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
+        const double e = contact_->supports()[static_cast<std::size_t>(points[i].support)].restitution;
+        gaps[i] = points[i].side * (of[gap] - 0.25 * step_ * (face.after + e * face.before));
+      }
+    }
+    held_ = contact_nodes_->solve(gaps, force_);
+    const std::array<double*, 1> line{stretch_.data()};
+    contact_nodes_->add(force_, line, {});
+  }
+
+  [[nodiscard]] double mean_velocity(std::size_t node) const {
+    return start_[count_ + node] + 2.0 / step_ * stretch_[node];
+  }
+
+  void write_journal() {
+    work_in_ = 0.0;
+    if (!contact_nodes_) {
+      return;
+    }
+    const petsc::ReadArray end{state_};
+    for (const std::size_t i : contact_nodes_->mine()) {
+      const LinePoint& point = contact_nodes_->points()[i];
+      const std::size_t node = contact_nodes_->local(i);
+      const double lift = point.lift(begin_ + length_).height;
+      contact_->line_at(point.side * (end.values()[node] - point.height - lift), node, begin_ + length_);
+      if (force_[i] > 0.0) {
+        const Face face = face_of(point);
+        const double middle = begin_ + 0.5 * step_;
+        const double impulse = point.side * force_[i] * step_;
+        const double speed = 0.5 * (face.before + face.after);
+        const double loss = impulse * (speed - mean_velocity(node));
+        work_in_ += impulse * speed;
+        const double approach = -point.side * (start_[count_ + node] - face.before);
+        if (approach > kLying * force_[i] * step_ / equations_->line().mass()[node]) {
+          contact_->strike(point.support, node, middle, start_[count_ + node], end.values()[count_ + node], impulse,
+                           loss);
+        } else {
+          contact_->push(point.support, node, middle, impulse, loss);
+        }
+      }
+    }
+    contact_->flow({.work = work_in_});
+    if (held_) {
+      contact_->hold(begin_, begin_ + length_);
+    }
+  }
+
+  double step_ = 0.0;
+  std::optional<LineContact> contact_nodes_;
+  std::vector<double> guess_;  // y + h/2 v
+  std::vector<double> displacement_;
+  std::vector<double> stretch_;  // ymid - guess
+  std::vector<double> force_;    // by contact point [N]
+  bool held_ = false;            // any of them on any rank
+  double work_in_ = 0.0;         // by supports that move, in the middle of the step [J]
+  std::vector<double> work_;
+};
+
+}  // namespace
+
+PetscErrorCode register_ts_moreau() { return petsc::register_integrator<Moreau>(kTsMoreau); }
+
+}  // namespace udar

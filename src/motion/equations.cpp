@@ -1,0 +1,121 @@
+#include "udar/motion/equations.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+// A balance is judged by what is added up in it: forces times heights from y = 0, and times the way they would move the
+// line if nothing held it. A run may round these by a thousand units in the last place, which must stay below a
+// thousandth of the scale, where the balance begins to say something.
+constexpr double kLeastShare = 1e6 * std::numeric_limits<double>::epsilon();
+// Squares of numbers whose digits end at the smallest double have digits no more.
+constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon();
+
+}  // namespace
+
+Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping)
+    : line_{&line}, loads_{&loads}, damping_{damping} {
+  const auto require = [](const char* option, double value, const char* unit) {
+    if (!(value >= 0.0) || !std::isfinite(value)) {
+      throw InputError{std::string{"option "} + option + ": " + std::to_string(value) +
+                       " is not allowed, expected a number >= 0 [" + unit + "]"};
+    }
+  };
+  require("-damping_mass", damping.mass, "1/s");
+  require("-damping_stiffness", damping.stiffness, "s");
+  const BeamChain& beam = line.beam();
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  axis_.reserve(count);
+  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
+    axis_.push_back(initial.axis(beam.position(node), beam.length()));
+  }
+  displacement_.resize(count);
+}
+
+void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment) {
+  state.time = at.time;
+  state.begin = at.begin;
+  state.stretch.resize(axis_.size());
+  state.moment.resize(with_moment ? axis_.size() : 0);
+  for (std::size_t i = 0; i < axis_.size(); ++i) {
+    displacement_[i] = mass_position[i] - axis_[i];
+  }
+  if (line_->parameters().unfiltered) {
+    std::ranges::fill(state.stretch, 0.0);
+    if (with_moment) {
+      line_->moments_of(displacement_, state.moment);
+    }
+    return;
+  }
+  line_->solve(displacement_, loads_->force(at, work_), state.stretch, state.moment);
+  const auto amplitude = line_->amplitudes();
+  state.amplitude.assign(amplitude.begin(), amplitude.end());
+  if (line_contact_ != nullptr) {
+    state.held = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
+    state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
+  }
+}
+
+void Equations::evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate) {
+  line_->solve(mass_velocity, {}, stretch_rate, {});
+}
+
+const LoadRate& Equations::load_rate(double time) {
+  if (!loads_->time_dependent()) {
+    return load_rate_;
+  }
+  const std::size_t interval = loads_->interval(time);
+  if (load_rate_.stretch.empty() || interval != load_interval_) {
+    load_interval_ = interval;
+    std::ranges::fill(displacement_, 0.0);
+    load_rate_.stretch.resize(axis_.size());
+    line_->solve(displacement_, loads_->rate({time, time}, work_), load_rate_.stretch, {});
+    load_rate_.amplitude.assign(line_->amplitudes().begin(), line_->amplitudes().end());
+  }
+  return load_rate_;
+}
+
+std::vector<double> Equations::line_stretch(const LineState& state) const {
+  std::vector<double> stretch = state.stretch;
+  line_->line_stretch(state.amplitude, stretch);
+  return stretch;
+}
+
+EnergyLedger Equations::energy(const LineState& state, std::span<const double> mass_position,
+                               std::span<const double> mass_velocity) {
+  const double wf2 = line_->filter_frequency() * line_->filter_frequency();
+  const std::span<const double> mass = line_->mass();
+  const std::span<const double> force = loads_->force({state.time, state.begin}, work_);
+  const std::vector<double> stretch = line_stretch(state);
+  std::array<double, 6> sums{};
+  for (std::size_t i = 0; i < axis_.size(); ++i) {
+    sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
+    sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
+    if (!force.empty()) {
+      const double line = mass_position[i] + stretch[i];
+      sums[3] -= force[i] * line;
+      sums[5] += std::abs(force[i]) * (std::abs(line) + std::abs(force[i]) / (wf2 * mass[i]));
+    }
+    displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
+  }
+  sums[1] = line_->strain_energy(displacement_, state.moment);
+  sums[4] = line_contact_ != nullptr ? line_contact_->spring_energy(state.contact_force) : 0.0;
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());
+  EnergyLedger ledger;
+  ledger.kinetic = sums[0];
+  ledger.line_strain = sums[1];
+  ledger.fictitious_springs = sums[2];
+  ledger.load_potential = sums[3];
+  ledger.support_springs = sums[4];
+  ledger.scale = kLeastShare * sums[5] + kLeastEnergy;
+  return ledger;
+}
+
+}  // namespace udar

@@ -1,0 +1,216 @@
+#include "udar/motion/motion_scale.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "udar/contact/support_motion.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+/// What one cause makes of the motion.
+struct Cause {
+  double length = 0.0;    // [m]
+  double velocity = 0.0;  // [m/s]
+
+  void add(double way, double speed) {
+    // What is not a number must not pass for small.
+    length = way <= length ? length : std::isnan(way) ? std::numeric_limits<double>::infinity() : way;
+    velocity = speed <= velocity ? velocity : std::isnan(speed) ? std::numeric_limits<double>::infinity() : speed;
+  }
+};
+
+/// Way and speed of supports that move up to `end`; what gives way, or holds the line, moves masses no faster than
+/// their springs do.
+Cause of_supports(const Equations& equations, std::span<const ContactSet> runs, bool on_line, double end) {
+  const double wf = equations.line().frequency_bound();
+  Cause cause;
+  for (const ContactSet& run : runs) {
+    if (!run.motion) {
+      continue;
+    }
+    std::vector<double> times{0.0, end};  // rows, and the middles of what is between them
+    double before = 0.0;
+    for (const double row : run.motion->time()) {
+      if (row > 0.0 && row < end) {
+        times.insert(times.end(), {0.5 * (before + row), row});
+        before = row;
+      }
+    }
+    times.push_back(0.5 * (before + end));
+    const double start = run.lift(0.0).height;
+    for (const double time : times) {
+      const SupportMotion::State lift = run.lift(time);
+      const double way = std::abs(lift.height - start);
+      const double spring = run.elastic() ? std::sqrt(run.stiffness + wf * wf) : wf;
+      cause.add(way,
+                on_line || run.elastic() ? std::min(std::abs(lift.velocity), spring * way) : std::abs(lift.velocity));
+    }
+  }
+  return cause;
+}
+
+/// The part of a force that comes so fast within `span` after a time that the masses take it for a blow [N]: what it
+/// changes by, and no more than its mean.
+double sudden(const NodalLoad& load, double time, double span) {
+  const double before = time > 0.0 ? Loads::evaluate(load, time - kEpsilon * span).force : 0.0;
+  const double change = std::abs(Loads::evaluate(load, time + span).force - before);
+  double sum = 0.0;
+  double from = time;
+  double force = std::abs(Loads::evaluate(load, time).force);
+  const auto add = [&](double until) {
+    const double next = std::abs(Loads::evaluate(load, until).force);
+    sum += 0.5 * (until - from) * (force + next);
+    from = until;
+    force = next;
+  };
+  for (auto row = std::ranges::upper_bound(load.time, time); row != load.time.end() && *row < time + span; ++row) {
+    add(*row);
+  }
+  add(time + span);
+  return std::min(change, sum / span);
+}
+
+/// How far the line goes under the loads when they are largest, masses where they are, and how fast the masses get
+/// by what of them comes within 1 / wf.
+Cause of_loads(Equations& equations, double end) {
+  const Loads& loads = equations.loads();
+  Cause cause;
+  if (loads.kinks().empty()) {
+    return cause;
+  }
+  const double wf = equations.line().frequency_bound();
+  std::vector<double> times{0.0};
+  for (const double kink : loads.kinks()) {
+    if (kink > 0.0 && kink < end) {
+      times.push_back(kink);
+    }
+  }
+  times.push_back(end);
+  const auto force_of = [&](const Loads::LocalLoad& load, double time, bool blow) {
+    return load.share * (blow ? sudden(load.table, time, 1.0 / wf) : Loads::evaluate(load.table, time).force);
+  };
+  const std::size_t count = times.size();
+  std::vector<double> sizes(2 * count, 0.0);  // of all loads together: forces, then blows
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    for (const Loads::LocalLoad& load : loads.local()) {
+      sizes[k] += std::abs(force_of(load, times[k % count], k >= count));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_SUM,
+                equations.beam().comm());
+  std::vector<double> stretch(equations.axis().size());
+  const std::vector<double> none(stretch.size(), 0.0);
+  for (const bool blow : {false, true}) {
+    const auto from = sizes.begin() + static_cast<std::ptrdiff_t>(blow ? count : 0);
+    const auto largest = std::max_element(from, from + static_cast<std::ptrdiff_t>(count));
+    std::vector<double> force(stretch.size(), 0.0);
+    for (const Loads::LocalLoad& load : loads.local()) {
+      force[static_cast<std::size_t>(load.local_node)] +=
+          force_of(load, times[static_cast<std::size_t>(largest - from)], blow);
+    }
+    if (!std::isfinite(*largest)) {
+      cause.add(*largest, 0.0);
+      break;
+    }
+    equations.line().solve(none, force, stretch, {});
+    for (const double away : stretch) {
+      cause.add(std::abs(away), blow ? wf * std::abs(away) : 0.0);
+    }
+  }
+  return cause;
+}
+
+/// What no beam does at the start.
+void refuse_absurd(const BeamChain& beam, const MassState& masses, const InitialState& initial) {
+  constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
+  std::array<double, 2> largest{};     // velocity, offset from the axis
+  for (std::size_t i = 0; i < masses.position.size(); ++i) {
+    const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
+    largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
+    largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, beam.comm());
+  std::ostringstream message;
+  if (!(largest[0] < kSpeedOfLight)) {
+    message << "options -initial_velocity, -initial_angular_velocity, -initial_shape: a mass starts with " << largest[0]
+            << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
+    throw InputError{message.str()};
+  }
+  if (!(largest[1] <= kLengths * beam.length())) {
+    message << "option -initial_shape: an offset of " << largest[1] << " is not allowed, expected at most "
+            << kLengths * beam.length() << " [m], " << kLengths
+            << " lengths of the beam: its theory is one of small slopes";
+    throw InputError{message.str()};
+  }
+}
+
+}  // namespace
+
+MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactSet> runs,
+                         bool on_line, double end) {
+  const BeamChain& beam = equations.beam();
+  const MassState masses = initial_masses(beam, initial);
+  refuse_absurd(beam, masses, initial);
+  const double wf = equations.line().frequency_bound();
+  enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, inputs };
+  std::array<Cause, inputs> causes{};
+  double drop = 0.0;  // largest distance from a support [m]
+  for (std::size_t i = 0; i < masses.position.size(); ++i) {
+    const double offset = std::abs(masses.position[i] - equations.axis()[i]);
+    const double velocity = std::abs(masses.velocity[i]);
+    causes[height].add(std::abs(equations.axis()[i]), 0.0);
+    causes[shape].add(offset, wf * offset);
+    causes[speed].add(velocity / wf, velocity);
+  }
+  for (const ContactSet& run : runs) {
+    const double lift = run.lift(0.0).height;
+    for (std::size_t node = run.first; node < run.last; ++node) {
+      causes[supports].add(std::abs(run.height(node)), 0.0);
+      drop = std::max(drop, std::abs(masses.position[node] - run.height(node) - lift));
+    }
+  }
+  causes[motion] = of_supports(equations, runs, on_line, end);
+  causes[load] = of_loads(equations, end);
+  const double gravity = std::abs(equations.loads().gravity());
+  causes[weight].add(gravity / (wf * wf), gravity / wf);
+  std::array<double, 2 * inputs + 1> largest{};
+  for (std::size_t i = 0; i < inputs; ++i) {
+    largest[2 * i] = causes[i].length;
+    largest[2 * i + 1] = causes[i].velocity;
+  }
+  largest.back() = drop;
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
+
+  // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
+  constexpr double kShape = 1e-6;  // of its length
+  const double furthest = kShape / kEpsilon * beam.length();
+  constexpr std::array<const char*, inputs> kOptions{"-initial_height", "-initial_shape", "-initial_velocity",
+                                                     "-support_height", "-gravity",       "-support_motion",
+                                                     "-load_table"};
+  MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
+  for (std::size_t i = 0; i < inputs; ++i) {
+    if (!(largest[2 * i] <= furthest)) {
+      std::ostringstream message;
+      message << "option " << kOptions[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most "
+              << furthest << " [m]: further away double precision does not resolve a millionth of the beam's length";
+      throw InputError{message.str()};
+    }
+    const bool place = i == height || i == supports;  // where something is, not how far it moves
+    scale.length = std::max(scale.length, place ? 0.0 : largest[2 * i]);
+    scale.velocity = std::max(scale.velocity, largest[2 * i + 1]);
+  }
+  scale.velocity = scale.velocity > 0.0 ? scale.velocity : 1.0;  // nothing moves
+  scale.length = std::max(scale.length, scale.velocity / wf);
+  return scale;
+}
+
+}  // namespace udar

@@ -1,0 +1,23 @@
+#include "udar/motion/motion_state.hpp"
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+
+const std::vector<double>& MotionState::field(const std::string& name, std::size_t size) const {
+  const auto found = fields.find(name);
+  if (found == fields.end() || found->second.size() != size) {
+    throw InputError{"option -restart_file: the field '" + name + "' is missing or has another size"};
+  }
+  return found->second;
+}
+
+double MotionState::scalar(const std::string& name) const {
+  const auto found = scalars.find(name);
+  if (found == scalars.end()) {
+    throw InputError{"option -restart_file: the value '" + name + "' is missing"};
+  }
+  return found->second;
+}
+
+}  // namespace udar
