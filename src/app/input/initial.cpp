@@ -1,0 +1,56 @@
+#include "app/input/readers.hpp"
+#include "udar/petsc/options.hpp"
+
+namespace udar::app {
+
+using petsc::OptionGroup;
+
+void read_initial(MPI_Comm comm, Case& input) {
+  OptionGroup group{comm,
+                    "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
+  input.initial.height = 1.0;
+  std::string shape;
+  Numbers load_position;
+  Strings load_table;
+  group.real("-gravity", input.gravity, "m/s^2", petsc::any(), "acceleration downward; acts on the line");
+  group.real("-initial_height", input.initial.height, "m", petsc::any(),
+             "height of the axis at mid-length above y = 0");
+  group.real("-initial_slope", input.initial.slope, "-", petsc::any(), "slope of the axis");
+  group.real("-initial_velocity", input.initial.velocity, "m/s", petsc::any(), "velocity of all masses, up");
+  group.real("-initial_angular_velocity", input.initial.angular_velocity, "rad/s", petsc::any(),
+             "about mid-length, counter-clockwise");
+  group.string(
+      "-initial_shape", shape,
+      "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
+  group.reals("-load_position", load_position, "m", petsc::non_negative(),
+              "where forces act; between two nodes on both, with force and moment kept");
+  group.strings("-load_table", load_table,
+                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, a jump "
+                "between two rows of one time, constant outside");
+  group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
+             "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda; for -ts_type "
+             "impact and rk");
+  group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
+             "beta of Rayleigh damping: a force beta wf^2 M d(Ym'), d(Ym') the stretch that these velocities alone "
+             "give the line; ratio beta lambda / 2 of a mode lambda; the same, with -contact_surface mass");
+  if (!shape.empty()) {
+    const io::Table table =
+        io::read_table(comm, "-initial_shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});
+    input.initial.shape.x = column(table, 0);
+    input.initial.shape.offset = column(table, 1);
+    if (table.columns > 2) {
+      input.initial.shape.velocity = column(table, 2);
+    }
+    require_ascending("-initial_shape", shape, input.initial.shape.x, "positions [m]");
+  }
+  if (!load_position.empty() || !load_table.empty()) {
+    load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
+    for (std::size_t i = 0; i < load_position.size(); ++i) {
+      const io::Table table = io::read_table(comm, "-load_table", load_table[i], {.names = {"time [s]", "force [N]"}});
+      require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
+      input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
+    }
+  }
+}
+
+}  // namespace udar::app

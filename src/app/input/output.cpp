@@ -1,0 +1,53 @@
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "app/input/readers.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/options.hpp"
+
+namespace udar::app {
+
+using petsc::OptionGroup;
+
+void read_output(MPI_Comm comm, Case& input) {
+  OptionGroup group{comm, "Output and restart"};
+  group.reals("-gauge_position", input.gauges, "m", petsc::any(), "where gauges read: the nearest node");
+  group.string("-output_directory", input.output.directory, "folder for everything a run writes");
+  group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
+  group.real("-output_interval", input.output.interval, "s", petsc::positive(),
+             "simulated time between rows of gauges.csv, energy.csv and contact.csv; peak forces and envelope.csv are "
+             "sampled every pi / (4 wf) at least");
+  group.real("-output_field_interval", input.output.field_interval, "s", petsc::non_negative(),
+             "simulated time between fields in results.h5; 0: none");
+  group.boolean("-output_allow_large", input.output.allow_large,
+                "write more than 1e6 rows or 10 GB, which is refused else: as a rule an interval is in the wrong unit");
+  group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
+             "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
+             "/ wf; 0: "
+             "that");
+  group.string("-restart_file", input.restart.file, "continue from this restart.h5");
+  group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
+             "simulated time between checkpoints; 0: only when the run ends or is stopped");
+  group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
+  for (const double gauge : input.gauges) {
+    require_on_beam("-gauge_position", gauge, input.beam.length());
+  }
+}
+
+void settle_force_window(Case& input) {
+  // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
+  // Contact on the line has forces of its own, and the unfiltered beam one in every step.
+  const double resolved = std::numbers::pi / input.filter.filter_frequency;
+  const bool impacts = input.contact.surface == ContactSurface::mass && !input.filter.unfiltered;
+  if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
+    std::ostringstream message;
+    message << "option -output_force_window: " << input.output.force_window
+            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
+            << " [s], the shortest time over which impacts make a force";
+    throw InputError{message.str()};
+  }
+  input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
+}
+
+}  // namespace udar::app
