@@ -4,36 +4,27 @@
 #include <cmath>
 #include <optional>
 
-#include "udar/local/local_motion.hpp"
-#include "udar/local/step_maps.hpp"
+#include "udar/numerics/power_series.hpp"
+#include "udar/numerics/roots.hpp"
 #include "udar/petsc/session.hpp"
 
 namespace udar {
 namespace {
 
-/// Gauss-Legendre points and weights on [0, 1]: exact to degree 15, twice what force times polynomial needs.
-/// Source: Abramowitz and Stegun, table 25.4.
-constexpr std::array<double, 8> kPoints{0.5 - 0.5 * 0.96028985649753623, 0.5 - 0.5 * 0.79666647741362674,
-                                        0.5 - 0.5 * 0.52553240991632899, 0.5 - 0.5 * 0.18343464249564980,
-                                        0.5 + 0.5 * 0.18343464249564980, 0.5 + 0.5 * 0.52553240991632899,
-                                        0.5 + 0.5 * 0.79666647741362674, 0.5 + 0.5 * 0.96028985649753623};
-constexpr std::array<double, 8> kWeights{
-    0.5 * 0.10122853629037626, 0.5 * 0.22238103445337447, 0.5 * 0.31370664587788729, 0.5 * 0.36268378337836198,
-    0.5 * 0.36268378337836198, 0.5 * 0.31370664587788729, 0.5 * 0.22238103445337447, 0.5 * 0.10122853629037626};
-
-double legendre(std::size_t j, double tau) { return local::detail::value(local::kLegendre[j].data(), j + 1, tau); }
-
-double legendre_slope(std::size_t j, double tau) {
-  return local::detail::slope(local::kLegendre[j].data(), j + 1, tau);
-}
+/// The first point is as far from its border as the last, to the bit.
+constexpr std::array<QuadraturePoint, kGauss.size()> kPoints = [] {
+  auto points = kGauss;
+  points.front().at = 1.0 - points.back().at;
+  return points;
+}();
 
 }  // namespace
 
 LineForces::LineForces(Sweep& sweep, LineContact& contact, ContactState& state)
     : sweep_{&sweep}, contact_{&contact}, state_{&state}, kink_integral_{kink_integral(sweep.terms)} {
-  for (std::size_t q = 0; q < kGauss; ++q) {
+  for (std::size_t q = 0; q < kPoints.size(); ++q) {
     for (std::size_t j = 0; j < sweep.terms; ++j) {
-      legendre_[q][j] = legendre(j, kPoints[q]);
+      legendre_[q][j] = legendre(j, kPoints[q].at);
     }
     force_at_[q].resize(contact.points().size());
     gap_at_[q].resize(contact.dense() ? 0 : contact.points().size());
@@ -54,8 +45,8 @@ void LineForces::begin() {
       known = point.motion.get();
       const std::array<double, 4> cubic = known->cubic(sweep_->begin, sweep_->step);
       lift = {};
-      for (std::size_t q = 0; q < kGauss; ++q) {
-        add_projection(q, local::detail::value(cubic.data(), cubic.size(), kPoints[q]), lift.data());
+      for (std::size_t q = 0; q < kPoints.size(); ++q) {
+        add_projection(q, power_series::value(cubic.data(), cubic.size(), kPoints[q].at), lift.data());
       }
     }
     for (std::size_t j = 0; point.motion != nullptr && j < terms; ++j) {
@@ -67,7 +58,7 @@ void LineForces::begin() {
 /// What a value at a Gauss point adds to the Legendre coefficients of a function.
 void LineForces::add_projection(std::size_t q, double value, double* coefficients) const {
   for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    coefficients[j] += static_cast<double>(2 * j + 1) * kWeights[q] * legendre_[q][j] * value;
+    coefficients[j] += static_cast<double>(2 * j + 1) * kPoints[q].weight * legendre_[q][j] * value;
   }
 }
 
@@ -78,10 +69,10 @@ double LineForces::missed_of(double tau) const {
   const double left = 1.0 - tau;
   double sum = -0.5 * left * left;
   double moment = -left * left * left / 6.0;
-  for (std::size_t q = 0; q < kGauss; ++q) {
-    const double ramp = kWeights[q] * std::max(kPoints[q] - tau, 0.0);
+  for (std::size_t q = 0; q < kPoints.size(); ++q) {
+    const double ramp = kPoints[q].weight * std::max(kPoints[q].at - tau, 0.0);
     sum += ramp;
-    moment += (1.0 - kPoints[q]) * ramp;
+    moment += (1.0 - kPoints[q].at) * ramp;
   }
   return std::max({std::abs(sum), std::abs(moment), kink_miss(sweep_->terms, tau)});
 }
@@ -104,12 +95,12 @@ void LineForces::apply() {
     }
   }
   force_.assign(count * terms, 0.0);
-  for (std::size_t q = 0; q < kGauss; ++q) {
+  for (std::size_t q = 0; q < kPoints.size(); ++q) {
     // Dense: from the set of the last sweep; at first from that of the point before, so that a restart finds the same.
     if (contact_->dense() && (!first_sweep_ || q == 0)) {
       contact_->problem().assume(first_sweep_ ? Active{} : active_[q]);
     }
-    free_gap_at(kPoints[q]);
+    free_gap_at(kPoints[q].at);
     if (contact_->dense()) {
       contact_->problem().solve(gap_, force_at_[q]);
       active_[q] = contact_->problem().active();
@@ -141,14 +132,14 @@ void LineForces::apply() {
 }
 
 void LineForces::locate_kinks() {
-  for (std::size_t q = 0; q + 1 < kGauss; ++q) {
+  for (std::size_t q = 0; q + 1 < kPoints.size(); ++q) {
     if (active_[q] != active_[q + 1]) {
-      const double tau = std::min(first_change(active_[q], kPoints[q], kPoints[q + 1]), kPoints[q + 1]);
+      const double tau = std::min(first_change(active_[q], kPoints[q].at, kPoints[q + 1].at), kPoints[q + 1].at);
       add_kink(active_[q], active_[q + 1], tau);
     }
   }
-  find_border_kink(active_.front(), kPoints.front(), 0.0);
-  find_border_kink(active_.back(), kPoints.back(), 1.0);
+  find_border_kink(active_.front(), kPoints.front().at, 0.0);
+  find_border_kink(active_.back(), kPoints.back().at, 1.0);
 }
 
 /// Of many points: where contact of all begins and ends, by the free line; and for each of this rank's that changes
@@ -157,9 +148,9 @@ void LineForces::locate_kinks() {
 void LineForces::estimate_kinks() {
   find_borders_of_contact();
   const auto slope = [&](std::size_t i, std::size_t q) {  // between a Gauss point and the next
-    return (gap_at_[q + 1][i] - gap_at_[q][i]) / (kPoints[q + 1] - kPoints[q]);
+    return (gap_at_[q + 1][i] - gap_at_[q][i]) / (kPoints[q + 1].at - kPoints[q].at);
   };
-  for (std::size_t q = 0; q + 1 < kGauss; ++q) {
+  for (std::size_t q = 0; q + 1 < kPoints.size(); ++q) {
     for (std::size_t i = 0; held_[q] && held_[q + 1] && i < gap_.size(); ++i) {
       const bool before = force_at_[q][i] > 0.0;
       const bool after = force_at_[q + 1][i] > 0.0;
@@ -167,11 +158,11 @@ void LineForces::estimate_kinks() {
         continue;
       }
       // Where there is no second point on the open side, the gap across is the least slope that fits.
-      const bool known = before ? q + 2 < kGauss : q > 0;
+      const bool known = before ? q + 2 < kPoints.size() : q > 0;
       const double open = known ? slope(i, before ? q + 1 : q - 1) : slope(i, q);
       const std::size_t from = before ? q + 1 : q;
-      const double tau = open != 0.0 ? kPoints[from] - gap_at_[from][i] / open : kPoints[from];
-      own_kinks_.push_back({.tau = std::clamp(tau, kPoints[q], kPoints[q + 1]), .jump = std::abs(open)});
+      const double tau = open != 0.0 ? kPoints[from].at - gap_at_[from][i] / open : kPoints[from].at;
+      own_kinks_.push_back({.tau = std::clamp(tau, kPoints[q].at, kPoints[q + 1].at), .jump = std::abs(open)});
     }
   }
 }
@@ -189,10 +180,10 @@ void LineForces::find_borders_of_contact() {
     }
     for (std::size_t end = 0; series[0] <= reach && end < 2; ++end) {
       const auto gap = sweep_->powers([&](std::size_t j) { return (end * j % 2 == 1 ? -1.0 : 1.0) * series[j]; });
-      const double zero = gap[0] <= 0.0 ? 0.0 : local::first_zero(gap.data(), terms, own[end]);
+      const double zero = gap[0] <= 0.0 ? 0.0 : first_zero(gap.data(), terms, own[end]);
       if (zero >= 0.0 && zero < own[end]) {
         own[end] = zero;
-        jump[end] = std::abs(local::detail::slope(gap.data(), terms, zero));
+        jump[end] = std::abs(power_series::slope(gap.data(), terms, zero));
       }
     }
   }
@@ -284,17 +275,17 @@ double LineForces::first_change(const Active& active, double from, double to) co
     std::array<double, kMostTerms> powers{};
     for (std::size_t j = 0; j < terms; ++j) {
       for (std::size_t k = 0; k <= j; ++k) {
-        powers[k] += series[j] * local::kLegendre[j][k];
+        powers[k] += series[j] * kLegendre[j][k];
       }
     }
-    local::detail::shift(powers, terms, from);
+    power_series::shift(powers.data(), terms, from);
     double sign = 1.0;
     for (std::size_t k = 0; k < terms; ++k) {
       powers[k] *= sign;
       sign *= direction;
     }
     powers[0] = std::max(powers[0], 0.0);  // negative by rounding only
-    const double zero = local::first_zero(powers.data(), terms, length);
+    const double zero = first_zero(powers.data(), terms, length);
     if (zero >= 0.0) {
       first = std::min(first, zero);
     }
@@ -340,15 +331,15 @@ EnergyFlow LineForces::flow(double until) const {
   EnergyFlow sum;
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
-    for (std::size_t q = 0; point.motion != nullptr && q < kGauss; ++q) {
-      const double tau = kPoints[q] * until;
+    for (std::size_t q = 0; point.motion != nullptr && q < kPoints.size(); ++q) {
+      const double tau = kPoints[q].at * until;
       double force = 0.0;
       double rise = 0.0;  // over the step
       for (std::size_t j = 0; j < terms; ++j) {
         force += force_[i * terms + j] * legendre(j, tau);
         rise += face_[i * terms + j] * legendre_slope(j, tau);
       }
-      sum.work += point.side * force * rise * kWeights[q] * until;
+      sum.work += point.side * force * rise * kPoints[q].weight * until;
     }
   }
   return sum;
@@ -365,16 +356,16 @@ void LineForces::write_journal() {
       state_->touch(contact_->local(i), sweep_->begin, sweep_->begin + sweep_->step);
     }
   }
-  for (std::size_t q = 0; q < kGauss; ++q) {
+  for (std::size_t q = 0; q < kPoints.size(); ++q) {
     if (contact_->dense()) {
-      free_gap_at(kPoints[q]);
+      free_gap_at(kPoints[q].at);
       gap_at_[q].resize(gap_.size());
       contact_->problem().assume(active_[q]);
       contact_->problem().gaps(gap_, force_at_[q], gap_at_[q]);
     }
     for (const std::size_t i : contact_->mine()) {
       const double given = contact_->points()[i].compliance * force_at_[q][i];
-      state_->line_at(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q] * sweep_->step);
+      state_->line_at(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q].at * sweep_->step);
     }
   }
   if (std::ranges::find(held_, true) != held_.end()) {

@@ -8,6 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "udar/numerics/bernstein.hpp"
+#include "udar/numerics/gauss.hpp"
+#include "udar/numerics/roots.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
@@ -30,21 +33,6 @@ constexpr int kMostCorrections = 12;
 // How a restart file keeps what holds a mass: how, whether since now, and by which side.
 constexpr int kFresh = 4;
 constexpr int kAbove = 8;
-
-/// Integral over [0, theta] of the polynomial, times the step length; Gauss-Legendre, exact to degree 5.
-double integral(const StepPolynomial& polynomial, double theta, double length) {
-  const double offset = 0.5 * theta * std::sqrt(0.6);
-  const double middle = 0.5 * theta;
-  return length * theta / 18.0 *
-         (5.0 * polynomial.position(middle - offset) + 8.0 * polynomial.position(middle) +
-          5.0 * polynomial.position(middle + offset));
-}
-
-/// Value of a cubic in Bernstein form.
-double bernstein_value(const std::array<double, 4>& c, double theta) {
-  const double s = 1.0 - theta;
-  return s * s * (s * c[0] + 3.0 * theta * c[1]) + theta * theta * (3.0 * s * c[2] + theta * c[3]);
-}
 
 }  // namespace
 
@@ -260,10 +248,7 @@ void LocatedSteps::survey(const ContactSet& run, std::size_t node, double length
     const auto pressing = cubic_bernstein(-run.side * first.value, -run.side * first.rate, -run.side * last.value,
                                           -run.side * last.rate, length);
     if (const auto theta = first_closing(pressing, 0)) {
-      const double s = 1.0 - *theta;
-      const double slope = -3.0 / length *
-                           (s * s * (pressing[1] - pressing[0]) + 2.0 * s * *theta * (pressing[2] - pressing[1]) +
-                            *theta * *theta * (pressing[3] - pressing[2]));
+      const double slope = -bernstein_slope(pressing, *theta, length);
       add_candidate({.run = &run, .node = node, .time = start_.time + *theta * length, .slope = slope});
     }
     return;
@@ -471,7 +456,7 @@ LocatedSteps::Given LocatedSteps::given(const ContactSet& run, std::size_t node,
     sum.flow.damped = 0.5 * run.stiffness * (from * from - to * to);
     return sum;
   }
-  for (const auto& [at, weight] : local::detail::kGauss) {
+  for (const auto& [at, weight] : kGauss) {
     const double share = at * theta;
     const double time = start_.time + share * length;
     const SupportMotion::State lift = run.lift(time, start_.time);
@@ -503,7 +488,7 @@ EnergyFlow LocatedSteps::flow(double until) const {
   for (std::size_t i = 0; i < count_ && damping_.any() && length > 0.0; ++i) {
     const StepPolynomial motion = polynomial(i);
     const StepPolynomial line = stretch_polynomial(i);
-    for (const auto& [at, weight] : local::detail::kGauss) {
+    for (const auto& [at, weight] : kGauss) {
       const double speed = motion.velocity(at * share);
       const double turn = line.velocity(at * share) - load_rate(i);
       const double taken = damping_.mass * speed - damping_.stiffness * wf2_ * turn;
@@ -764,7 +749,7 @@ double LocatedSteps::line_integral(std::size_t node, double until) const {
   for (const ContactSet& run : contact_->runs()) {
     pulled -= !plain_ && node >= run.first && node < run.last ? given(run, node, theta).push : 0.0;
   }
-  return integral(motion, theta, length) + pulled / wf2_;
+  return motion.integral(theta) + pulled / wf2_;
 }
 
 /// In a mode wf^2 times the amplitude is f - w^2 q: the integrals of the loads, linear in a step, and of the masses.
@@ -786,7 +771,7 @@ std::vector<double> LocatedSteps::amplitude_integrals(double until) const {
   }
   for (std::size_t i = 0; i < count_; ++i) {
     const double place =
-        contact_->resting(i) && plain_ ? start_values_[i] * elapsed : integral(polynomial(i), elapsed / length, length);
+        contact_->resting(i) && plain_ ? start_values_[i] * elapsed : polynomial(i).integral(elapsed / length);
     const double moved = place - equations_->axis()[i] * elapsed;
     for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
       const CorrectedMode& of = line.corrected_modes()[mode];

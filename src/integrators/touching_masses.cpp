@@ -489,8 +489,8 @@ void TouchingMasses::track_nodes(std::size_t index, std::size_t first, std::size
     const auto powers = sweep_->powers([&](std::size_t j) { return sweep_->line(j, node); });
     for (int k = 1; k <= 8; ++k) {
       const double tau = 0.125 * k;
-      const double line = sweep_->start[node] + local::detail::value(powers.data(), sweep_->terms, tau);
-      const double lift = local::detail::value(lifts_[index].data(), 4, tau);
+      const double line = sweep_->start[node] + power_series::value(powers.data(), sweep_->terms, tau);
+      const double lift = power_series::value(lifts_[index].data(), 4, tau);
       contact_->line_at(run.side * (line - run.height(node) - lift), node, sweep_->begin + tau * sweep_->step);
     }
   }

@@ -9,7 +9,9 @@
 
 #include "udar/integrators/free_motion.hpp"
 #include "udar/integrators/problem_integrator.hpp"
-#include "udar/numerics/gap.hpp"
+#include "udar/numerics/bernstein.hpp"
+#include "udar/numerics/roots.hpp"
+#include "udar/numerics/step_polynomial.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"

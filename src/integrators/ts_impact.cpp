@@ -14,6 +14,9 @@
 #include "udar/integrators/sweep_tally.hpp"
 #include "udar/integrators/touching_masses.hpp"
 #include "udar/local/step_maps.hpp"
+#include "udar/numerics/gauss.hpp"
+#include "udar/numerics/legendre.hpp"
+#include "udar/numerics/power_series.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
@@ -21,7 +24,6 @@
 namespace udar {
 namespace {
 
-using local::kMostTerms;
 using petsc::ReadArray;
 
 // Sweeps are over when all that further ones could still change is this share of the tolerance.
@@ -308,12 +310,12 @@ class Impact final : public ProblemIntegrator {
   /// What damping of the structure took of the masses that touched nothing, up to a share of the step [J].
   [[nodiscard]] double dragged(double until) const {
     double sum = 0.0;
-    for (const auto& [at, weight] : local::detail::kGauss) {
+    for (const auto& [at, weight] : kGauss) {
       const double tau = at * until;
       const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
       std::array<double, kMostTerms> legendre{};
       for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        legendre[j] = local::detail::value(local::kLegendre[j].data(), sweep_.terms, tau);
+        legendre[j] = power_series::value(kLegendre[j].data(), sweep_.terms, tau);
       }
       const auto taken = [&](std::size_t i) {
         double speed = map.speed_of_start * start_[count_ + i];

@@ -102,7 +102,7 @@ UDAR_INLINE void find_zero(const Pack* c, std::size_t count, const Pack& end, Ma
   unknown = wanted;
 }
 
-/// Adds the moments of an arc: `detail::add_moments` in every lane.
+/// Adds the moments of an arc: `add_legendre` in every lane.
 UDAR_INLINE void add_moments(const Pack* series, std::size_t count, const Pack& tau, const Pack& length,
                              std::size_t terms, Pack* moments) {
   std::array<Pack, kMostTerms> integral;

@@ -5,25 +5,15 @@
 #include <cmath>
 
 #include "udar/local/local_motion.hpp"
+#include "udar/numerics/bernstein.hpp"
 
 namespace udar {
 namespace {
 
-/// Bernstein coefficient `i` of a power series on [0, 1] up to `degree`.
-double bernstein(const double* series, std::size_t degree, std::size_t i) {
-  double sum = 0.0;
-  double share = 1.0;  // binomial(i, k) / binomial(degree, k)
-  for (std::size_t k = 0; k <= i; ++k) {
-    sum += share * series[k];
-    share *= k < degree ? static_cast<double>(i - k) / static_cast<double>(degree - k) : 0.0;
-  }
-  return sum;
-}
-
 /// Bernstein coefficients and what is beyond, of the power series of a mass on the line's motion P [m].
 void bound_series(const StepScale& scale, const std::array<double, kMostTerms>& line, double velocity,
                   std::array<double, kBounds>& bounds, double& rest) {
-  std::array<double, local::kMostPowers> series{};
+  std::array<double, kMostPowers> series{};
   series[1] = velocity;
   for (std::size_t k = 0; k + 2 < series.size(); ++k) {
     const double pull = scale.angle * scale.angle * ((k < kMostTerms ? line[k] : 0.0) - series[k]) -
@@ -35,7 +25,7 @@ void bound_series(const StepScale& scale, const std::array<double, kMostTerms>& 
     rest += std::abs(series[k]);
   }
   for (std::size_t i = 0; i < kBounds; ++i) {
-    bounds[i] = bernstein(series.data(), kBounds - 1, i);
+    bounds[i] = bernstein_of_powers(series.data(), kBounds - 1, i);
   }
 }
 
@@ -56,7 +46,7 @@ DenseMap dense_map(const StepScale& scale, std::size_t terms, double until) {
   map.speed_of_start = outcome.velocity;
   problem.velocity = 0.0;
   for (std::size_t j = 0; j < terms; ++j) {
-    problem.line = local::kLegendre[j];
+    problem.line = kLegendre[j];
     outcome = local::advance(problem);
     for (std::size_t i = 0; i < terms; ++i) {
       map.line[i][j] = outcome.moments[i];
@@ -130,83 +120,9 @@ Reach reach_of(const StepScale& scale, std::size_t terms) {
   Reach reach;
   bound_series(scale, {}, 1.0, reach.start, reach.rest_of_start);
   for (std::size_t j = 0; j < terms; ++j) {
-    bound_series(scale, local::kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
+    bound_series(scale, kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);
   }
   return reach;
 }
-
-Square legendre_bernstein(std::size_t terms) {
-  Square coefficients{};
-  for (std::size_t j = 0; j < terms; ++j) {
-    for (std::size_t i = 0; i < terms; ++i) {
-      coefficients[i][j] = bernstein(local::kLegendre[j].data(), terms - 1, i);
-    }
-  }
-  return coefficients;
-}
-
-Square legendre_change(std::size_t terms, double offset, double ratio) {
-  Square change{};
-  for (std::size_t old = 0; old < terms; ++old) {
-    // Legendre coefficients on [0, 1] of L_old(offset + ratio tau), by its powers.
-    std::array<double, kMostTerms> powers = local::kLegendre[old];
-    local::detail::shift(powers, terms, offset);
-    double scale = 1.0;
-    for (std::size_t k = 0; k < terms; ++k) {
-      powers[k] *= scale;
-      scale *= ratio;
-    }
-    for (std::size_t k = terms; k-- > 0;) {
-      const double share = powers[k] / local::kLegendre[k][k];
-      change[k][old] = share;
-      for (std::size_t i = 0; i <= k; ++i) {
-        powers[i] -= share * local::kLegendre[k][i];
-      }
-    }
-  }
-  return change;
-}
-
-double kink_miss(std::size_t terms, double at) {
-  const double left = 1.0 - at;
-  const std::array<double, 2> ramp{0.0, 1.0};
-  const std::array<double, 1> one{1.0};
-  std::array<double, kMostTerms> of_ramp{};
-  std::array<double, kMostTerms> of_one{};
-  local::detail::add_moments(ramp.data(), 2, at, left, terms, of_ramp);
-  local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
-  double miss = 0.5 * left * left;
-  for (std::size_t j = 0; j < terms; ++j) {
-    miss -= of_ramp[j] * of_one[j] / static_cast<double>(2 * j + 1);
-  }
-  return std::abs(miss);
-}
-
-double jump_miss(std::size_t terms, double at) {
-  const double left = 1.0 - at;
-  const std::array<double, 1> one{1.0};
-  std::array<double, kMostTerms> of_one{};
-  local::detail::add_moments(one.data(), 1, at, left, terms, of_one);
-  double miss = left;
-  for (std::size_t j = 0; j < terms; ++j) {
-    miss -= of_one[j] * of_one[j] / static_cast<double>(2 * j + 1);
-  }
-  return std::abs(miss);
-}
-
-namespace {
-
-double largest_of(double (&miss)(std::size_t, double), std::size_t terms) {
-  double largest = 0.0;
-  for (int k = 1; k < 100; ++k) {
-    largest = std::max(largest, miss(terms, 0.01 * k));
-  }
-  return largest;
-}
-
-}  // namespace
-
-double kink_integral(std::size_t terms) { return largest_of(kink_miss, terms); }
-double jump_integral(std::size_t terms) { return largest_of(jump_miss, terms); }
 
 }  // namespace udar

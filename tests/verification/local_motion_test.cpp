@@ -156,7 +156,7 @@ struct Listener {
 
 /// The reference.
 struct Reference {
-  std::array<Real, local::kMostTerms> moments{};
+  std::array<Real, kMostTerms> moments{};
   std::array<Real, kSamples> sampled{};
   Real displacement = 0.0L;
   Real velocity = 0.0L;
@@ -215,7 +215,7 @@ struct Reference {
     };
     for (;;) {
       const Real left = 1.0L - tau;
-      std::array<Real, local::kMostTerms> line{};  // derivatives of P at tau
+      std::array<Real, kMostTerms> line{};  // derivatives of P at tau
       for (std::size_t order = 0; order < problem.terms; ++order) {
         for (std::size_t k = problem.terms; k-- > order;) {
           Real factor = problem.line[k];
@@ -386,7 +386,7 @@ Drawn draw(Source& source) {
   problem.together = kTogether;
   problem.angle = uniform(source, 0.05, 1.5);
   problem.powers = local::powers_for(problem.angle);
-  problem.terms = 2 + below(source, local::kMostTerms - 1);
+  problem.terms = 2 + below(source, kMostTerms - 1);
   const auto sign = [&source] { return below(source, 2) == 0 ? -1.0 : 1.0; };
   problem.velocity = below(source, 6) == 0 ? 0.0 : sign() * length * std::pow(10.0, uniform(source, -6.0, 1.0));
   const std::size_t present = 1 + below(source, 3);  // lower, upper, both
@@ -465,7 +465,7 @@ void check_end(const local::Problem& problem, const local::Outcome& outcome, dou
     if (outcome.resting == stop) {
       EXPECT_EQ(outcome.velocity, 0.0);
       EXPECT_EQ(outcome.displacement, support.at);
-      const double line = local::detail::value(problem.line.data(), problem.terms, problem.until);
+      const double line = power_series::value(problem.line.data(), problem.terms, problem.until);
       EXPECT_LE(side * (line - support.at), round_off) << "missed release";
     }
   }
@@ -695,7 +695,7 @@ TEST(LocalMotion, FirstZeroPassesNone) {
       f.at[k] = c[k] * factorial;
       size += std::abs(c[k]) * std::pow(static_cast<Real>(end), static_cast<Real>(k));
     }
-    const double zero = local::first_zero(c.data(), count, end);
+    const double zero = first_zero(c.data(), count, end);
     const Real reach = zero < 0.0 ? end : zero;
     EXPECT_LE(zero, end);
     Real least = 0.0L;
@@ -739,11 +739,11 @@ TEST(LocalMotion, LanesDoAsOneMassAlone) {
       problem.powers = first.problem.powers;
       std::fill(problem.line.begin() + static_cast<long>(problem.terms), problem.line.end(), 0.0);
       const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
-      std::array<double, local::kMostTerms> powers = problem.line;
+      std::array<double, kMostTerms> powers = problem.line;
       for (std::size_t k = problem.terms; k-- > 0;) {
-        batch.line[k][lane] = powers[k] / local::kLegendre[k][k];
+        batch.line[k][lane] = powers[k] / kLegendre[k][k];
         for (std::size_t i = 0; i <= k; ++i) {
-          powers[i] -= batch.line[k][lane] * local::kLegendre[k][i];
+          powers[i] -= batch.line[k][lane] * kLegendre[k][i];
         }
       }
       batch.velocity[lane] = problem.velocity;
@@ -798,7 +798,7 @@ TEST(LocalMotion, EndsWhateverItIsGiven) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {kNan, std::numeric_limits<double>::infinity()}) {
     const std::array<double, 4> c{1.0, -2.0, bad, 1.0};
-    EXPECT_LT(local::first_zero(c.data(), c.size(), 1.0), 0.0);
+    EXPECT_LT(first_zero(c.data(), c.size(), 1.0), 0.0);
     for (const int resting : {-1, 0}) {
       local::Problem problem;
       problem.angle = 1.0;

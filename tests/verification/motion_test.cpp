@@ -16,7 +16,7 @@
 #include "support/dense.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
-#include "udar/numerics/gap.hpp"
+#include "udar/numerics/step_polynomial.hpp"
 
 namespace udar {
 namespace {

@@ -10,6 +10,8 @@
 #include "udar/integrators/sweep.hpp"
 #include "udar/integrators/sweep_tally.hpp"
 #include "udar/motion/contact_state.hpp"
+#include "udar/numerics/gauss.hpp"
+#include "udar/numerics/legendre.hpp"
 
 namespace udar {
 
@@ -38,8 +40,6 @@ class LineForces {
   void write_journal();
 
  private:
-  static constexpr std::size_t kGauss = 8;
-
   struct Kink {
     double tau;
     double jump;  // of the line's slope, largest of all points [m per step]
@@ -61,17 +61,17 @@ class LineForces {
   LineContact* contact_;
   ContactState* state_;
   double kink_integral_;
-  std::array<std::array<double, kMostTerms>, kGauss> legendre_{};  // at the Gauss points
-  std::vector<double> face_;                                       // Legendre coefficients by point: its height [m]
-  std::vector<double> free_gap_;                                   // the same of the gap of the free line [m]
-  std::vector<double> force_;                                      // the same of the forces [N]
-  std::array<std::vector<double>, kGauss> force_at_;
-  std::array<bool, kGauss> held_{};                 // any force, on any rank
-  std::array<Active, kGauss> active_;               // few points
-  std::array<std::vector<double>, kGauss> gap_at_;  // many points, with contact, from faces that give way [m]
-  std::vector<Kink> kinks_;                         // that every rank knows
-  std::vector<Kink> own_kinks_;                     // of many points: where this rank's change sides
-  std::vector<double> gap_;                         // work
+  std::array<std::array<double, kMostTerms>, kGauss.size()> legendre_{};  // at the Gauss points
+  std::vector<double> face_;      // Legendre coefficients by point: its height [m]
+  std::vector<double> free_gap_;  // the same of the gap of the free line [m]
+  std::vector<double> force_;     // the same of the forces [N]
+  std::array<std::vector<double>, kGauss.size()> force_at_;
+  std::array<bool, kGauss.size()> held_{};                 // any force, on any rank
+  std::array<Active, kGauss.size()> active_;               // few points
+  std::array<std::vector<double>, kGauss.size()> gap_at_;  // many points, with contact, from faces that give way [m]
+  std::vector<Kink> kinks_;                                // that every rank knows
+  std::vector<Kink> own_kinks_;                            // of many points: where this rank's change sides
+  std::vector<double> gap_;                                // work
   bool first_sweep_ = true;
 };
 

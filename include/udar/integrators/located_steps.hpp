@@ -8,7 +8,7 @@
 
 #include "udar/integrators/integrator.hpp"
 #include "udar/local/local_motion.hpp"
-#include "udar/numerics/gap.hpp"
+#include "udar/numerics/step_polynomial.hpp"
 #include "udar/petsc/handle.hpp"
 
 namespace udar {

@@ -122,7 +122,7 @@ struct Sweep {
     std::array<double, kMostTerms> sums{};
     for (std::size_t j = 0; j < terms; ++j) {
       for (std::size_t k = 0; k <= j; ++k) {
-        sums[k] += coefficient(j) * local::kLegendre[j][k];
+        sums[k] += coefficient(j) * kLegendre[j][k];
       }
     }
     return sums;

@@ -10,8 +10,6 @@
 
 namespace udar {
 
-using local::kMostTerms;
-using Square = std::array<std::array<double, kMostTerms>, kMostTerms>;
 /// What a sweep changes of a mass: its moments and, where the line's rate drives it, its place at the end.
 inline constexpr std::size_t kMostUnknowns = kMostTerms + 1;
 using Gain = std::array<std::array<double, kMostUnknowns>, kMostUnknowns>;

@@ -11,7 +11,10 @@
 #include <type_traits>
 
 #include "udar/contact/impact_law.hpp"
+#include "udar/numerics/gauss.hpp"
 #include "udar/numerics/legendre.hpp"
+#include "udar/numerics/power_series.hpp"
+#include "udar/numerics/roots.hpp"
 
 namespace udar::local {
 
@@ -72,12 +75,6 @@ struct Outcome {
 /// More impacts of one mass in one step than this end in rest, with the energy booked as lost.
 inline constexpr int kMostImpacts = 20000;
 
-/// @brief First zero in [0, end] of sum_k c_k s^k, which is not negative at 0; negative: none, or not finite.
-///
-/// Advances by the zero of the parabola that the bound of the second derivative puts under the function: it cannot pass
-/// a zero, and converges quadratically to one.
-[[nodiscard]] double first_zero(const double* coefficients, std::size_t count, double end);
-
 /// Listens to nothing.
 struct Silent {
   void impact(int /*stop*/, double /*tau*/, double /*before*/, double /*after*/) const {}
@@ -94,74 +91,15 @@ struct Silent {
 
 namespace detail {
 
-/// Coefficients about `tau` instead of 0.
-inline void shift(std::array<double, kMostTerms>& c, std::size_t terms, double tau) {
-  for (std::size_t from = 0; from + 1 < terms; ++from) {
-    for (std::size_t k = terms - 1; k-- > from;) {
-      c[k] += tau * c[k + 1];
-    }
-  }
-}
-
-/// Adds the integral over an arc of length `length` from `tau` on of its series times every Legendre polynomial.
-inline void add_moments(const double* series, std::size_t count, double tau, double length, std::size_t terms,
-                        std::array<double, kMostTerms>& moments) {
-  std::array<double, kMostTerms> integral{};  // of series times s^i
-  double power = length;
-  for (std::size_t i = 0; i < terms; ++i) {
-    double sum = 0.0;
-    for (std::size_t k = count; k-- > 0;) {
-      sum = sum * length + series[k] / static_cast<double>(k + i + 1);
-    }
-    integral[i] = sum * power;
-    power *= length;
-  }
-  for (std::size_t j = 0; j < terms; ++j) {
-    std::array<double, kMostTerms> about = kLegendre[j];
-    shift(about, j + 1, tau);
-    double sum = 0.0;
-    for (std::size_t i = 0; i <= j; ++i) {
-      sum += about[i] * integral[i];
-    }
-    moments[j] += static_cast<double>(2 * j + 1) * sum;
-  }
-}
-
-[[nodiscard]] inline double value(const double* c, std::size_t count, double s) {
-  double sum = 0.0;
-  for (std::size_t k = count; k-- > 0;) {
-    sum = sum * s + c[k];
-  }
-  return sum;
-}
-
-inline double slope(const double* c, std::size_t count, double s) {
-  double sum = 0.0;
-  for (std::size_t k = count; k-- > 1;) {
-    sum = sum * s + static_cast<double>(k) * c[k];
-  }
-  return sum;
-}
-
 /// Place of a stop in powers of the time since tau.
 inline std::array<double, kMostTerms> path_from(const Stop& stop, double tau) {
   std::array<double, kMostTerms> path{stop.at};
   if (stop.moves) {
     std::ranges::copy(stop.path, path.begin() + 1);
-    shift(path, 4, tau);
+    power_series::shift(path.data(), 4, tau);
   }
   return path;
 }
-
-/// Gauss-Legendre on [0, 1]: exact to degree 15.
-inline constexpr std::array<std::array<double, 2>, 8> kGauss{{{0.01985507175123188, 0.05061426814518813},
-                                                              {0.10166676129318664, 0.11119051722668724},
-                                                              {0.2372337950418355, 0.15685332293894363},
-                                                              {0.4082826787521751, 0.18134189168918100},
-                                                              {0.5917173212478249, 0.18134189168918100},
-                                                              {0.7627662049581645, 0.15685332293894363},
-                                                              {0.8983332387068134, 0.11119051722668724},
-                                                              {0.9801449282487681, 0.05061426814518813}}};
 
 }  // namespace detail
 
@@ -176,8 +114,8 @@ enum class Touch : std::uint8_t {
 /// Source: docs/theory.md, "The impact integrator"
 template <class Journal = Silent>
 Outcome advance(const Problem& problem, const Journal& journal = {}) {
-  using detail::slope;
-  using detail::value;
+  using power_series::slope;
+  using power_series::value;
   Outcome outcome;
   const double z2 = problem.angle * problem.angle;
   double tau = 0.0;
@@ -205,7 +143,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   std::array<double, kMostPowers> gap{};
   const auto dragged = [&](const double* motion, std::size_t count, double start, double length) {
     double sum = 0.0;
-    for (const auto& [at, weight] : detail::kGauss) {
+    for (const auto& [at, weight] : kGauss) {
       const double speed = slope(motion, count, at * length);
       const double turn = value(problem.turn.data(), problem.terms, start + at * length);
       sum += weight * length * speed * (problem.drag * speed - turn);
@@ -222,7 +160,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
   for (int arc = 0;; ++arc) {
     const double left = problem.until - tau;
     std::array<double, kMostTerms> line = problem.line;
-    detail::shift(line, problem.terms, tau);
+    power_series::shift(line.data(), problem.terms, tau);
     if (resting >= 0) {
       // It presses with -side (P - z - ...) >= 0 until that turns negative.
       const auto index = static_cast<std::size_t>(resting);
@@ -258,15 +196,15 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
         end = kHold;
       }
       stuck = false;
-      detail::add_moments(path.data(), stop.moves ? 4 : 1, tau, end, problem.terms, outcome.moments);
+      add_legendre(path.data(), stop.moves ? 4 : 1, tau, end, problem.terms, outcome.moments);
       if constexpr (!std::is_same_v<Journal, Silent>) {
         double push = 0.0;
         for (std::size_t k = terms; k-- > 0;) {
           push = push * end + side * z2 * pressing[k] / static_cast<double>(k + 1);
         }
         double work = 0.0;
-        for (std::size_t i = 0; i < detail::kGauss.size() && stop.moves; ++i) {
-          const auto& [at, weight] = detail::kGauss[i];
+        for (std::size_t i = 0; i < kGauss.size() && stop.moves; ++i) {
+          const auto& [at, weight] = kGauss[i];
           work += side * z2 * value(pressing.data(), terms, at * end) * weight * end * slope(path.data(), 4, at * end);
         }
         journal.pressed(resting, push * end, work);
@@ -411,7 +349,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
       end = std::min({end, left, kHold});
     }
     stalls = end == 0.0 ? stalls + 1 : 0;
-    detail::add_moments(series.data(), powers, tau, end, problem.terms, outcome.moments);
+    add_legendre(series.data(), powers, tau, end, problem.terms, outcome.moments);
     for (std::size_t index = 0; index < 2; ++index) {
       if (touch[index] == Touch::off) {
         continue;
@@ -440,7 +378,7 @@ Outcome advance(const Problem& problem, const Journal& journal = {}) {
         double push = 0.0;
         double work = 0.0;
         double loss = 0.0;
-        for (const auto& [at, weight] : detail::kGauss) {
+        for (const auto& [at, weight] : kGauss) {
           const double rate = rate_at(at * end);
           const double force = -side * (support.stiffness * gap_at(at * end) + support.damping * rate) * weight * end;
           push += force;

@@ -32,19 +32,4 @@ void set_gain(DenseMap& map, const StepScale& scale, std::size_t terms, const Li
 /// @brief Bounds of the motion.
 [[nodiscard]] Reach reach_of(const StepScale& scale, std::size_t terms);
 
-/// @brief Bernstein coefficients of the Legendre polynomials on [0, 1]: [coefficient][polynomial].
-[[nodiscard]] Square legendre_bernstein(std::size_t terms);
-
-/// @brief Legendre coefficients on [0, 1] of L_old(offset + ratio tau): [new][old].
-[[nodiscard]] Square legendre_change(std::size_t terms, double offset, double ratio);
-
-/// @brief What the projection of the line's motion on `terms` polynomials misses of a kink of unit slope at tau = `at`,
-/// as seen by a mass there: the integral of the miss from the kink to the end.
-[[nodiscard]] double kink_miss(std::size_t terms, double at);
-/// @brief The same of a unit jump, as of the line's rate.
-[[nodiscard]] double jump_miss(std::size_t terms, double at);
-/// @brief The largest of these.
-[[nodiscard]] double kink_integral(std::size_t terms);
-[[nodiscard]] double jump_integral(std::size_t terms);
-
 }  // namespace udar
