@@ -64,7 +64,7 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
     plain_ = plain_ && (contact_->runs_on_line() || (!support.motion && !support.elastic()));
   }
   for (const ContactSet& run : contact_->runs()) {
-    holds_.emplace_back(run.elastic() ? run.last - run.first : 0);
+    touches_.emplace_back(run.elastic() ? run.last - run.first : 0);
   }
   UDAR_CALL(TSGetSolution(stepper_, &state_));
   UDAR_CALL(VecDuplicate(state_, start_state_.put()));
@@ -161,7 +161,7 @@ void LocatedSteps::find_accelerations(const double* state, const LineState& line
 
 double LocatedSteps::contact_acceleration(const ContactSet& run, std::size_t node, const Kinematics& mass,
                                           double time) const {
-  if (!run.elastic() || hold_of(run, node).touch != local::Touch::press) {
+  if (!touch_of(run, node).pressing()) {
     return 0.0;
   }
   const Kinematics open = gap(run, mass, node, time);
@@ -256,8 +256,8 @@ void LocatedSteps::survey(const ContactSet& run, std::size_t node, double length
   if (contact_->resting(node)) {
     return;  // on another support
   }
-  if (run.elastic() && hold_of(run, node).touch != local::Touch::off) {
-    return survey_hold(run, node, length);
+  if (touch_of(run, node).closed()) {
+    return survey_touch(run, node, length);
   }
   Kinematics start = gap(run, kinematics(node, start_values_, start_), node, start_.time);
   const Kinematics end = gap(run, kinematics(node, end_values_, end_), node, end_.time);
@@ -283,11 +283,10 @@ void LocatedSteps::survey(const ContactSet& run, std::size_t node, double length
 }
 
 /// A closed gap: when its force falls to zero or, where it has none, comes back or the gap opens.
-void LocatedSteps::survey_hold(const ContactSet& run, std::size_t node, double length) {
-  const Hold& hold = hold_of(run, node);
+void LocatedSteps::survey_touch(const ContactSet& run, std::size_t node, double length) {
+  const ElasticTouch touch = touch_of(run, node);
   const StepPolynomial open{gap(run, kinematics(node, start_values_, start_), node, start_.time),
                             gap(run, kinematics(node, end_values_, end_), node, end_.time), length};
-  const bool slack = hold.touch == local::Touch::slack;
   const auto& c = open.bernstein();
   constexpr double kDegree = 5.0;
   std::array<double, 6> force{};
@@ -296,7 +295,7 @@ void LocatedSteps::survey_hold(const ContactSet& run, std::size_t node, double l
     // The rate, of degree four, raised to five.
     const double share = static_cast<double>(i) / kDegree;
     const double rate = (i > 0 ? share * (c[i] - c[i - 1]) : 0.0) + (i < 5 ? (1.0 - share) * (c[i + 1] - c[i]) : 0.0);
-    force[i] = (slack ? 1.0 : -1.0) * (run.stiffness * c[i] + run.damping * kDegree / length * rate);
+    force[i] = touch.sign() * (run.stiffness * c[i] + run.damping * kDegree / length * rate);
     depth[i] = -c[i];
   }
   const auto add = [&](std::optional<double> theta, bool opens) {
@@ -305,12 +304,12 @@ void LocatedSteps::survey_hold(const ContactSet& run, std::size_t node, double l
     }
     return theta.has_value();
   };
-  const auto back = first_closing(force, hold.fresh ? 1 : 0);
-  const auto out = slack ? first_closing(depth, 0) : std::nullopt;
+  const auto back = first_closing(force, touch.starts_at_zero() ? 1 : 0);
+  const auto out = touch.slack() ? first_closing(depth, 0) : std::nullopt;
   if (out && (!back || *out < *back)) {
     add(out, true);
   } else {
-    add(back, !slack && run.damping == 0.0);
+    add(back, touch.opens_with_force(run.damping));
   }
 }
 
@@ -347,12 +346,12 @@ double LocatedSteps::corrected_time(const Candidate& candidate, double time) con
   }
   const ReadArray end{state_};
   Kinematics open = gap(run, kinematics(node, end.values(), end_), node, time);
-  const local::Touch touch = run.elastic() ? hold_of(run, node).touch : local::Touch::off;
-  if (touch != local::Touch::off && !candidate.opens) {
-    const double sign = touch == local::Touch::slack ? 1.0 : -1.0;
+  const ElasticTouch touch = touch_of(run, node);
+  if (touch.closed() && !candidate.opens) {
+    const double sign = touch.sign();
     open = {.position = sign * (run.stiffness * open.position + run.damping * open.velocity),
             .velocity = sign * (run.stiffness * open.velocity + run.damping * open.acceleration)};
-  } else if (touch != local::Touch::off) {
+  } else if (touch.closed()) {
     open = {.position = -open.position, .velocity = -open.velocity};
   }
   return open.velocity < 0.0 ? time - open.position / open.velocity : candidate.time;
@@ -441,8 +440,8 @@ LocatedSteps::Given LocatedSteps::given(const ContactSet& run, std::size_t node,
   Given sum;
   const double length = end_.time - start_.time;
   const bool rests = contact_->resting_on(node, run);
-  const local::Touch touch = run.elastic() ? hold_of(run, node).touch : local::Touch::off;
-  if (length <= 0.0 || (!rests && touch == local::Touch::off)) {
+  const ElasticTouch touch = touch_of(run, node);
+  if (length <= 0.0 || (!rests && !touch.closed())) {
     return sum;
   }
   const StepPolynomial motion = polynomial(node);
@@ -450,7 +449,7 @@ LocatedSteps::Given LocatedSteps::given(const ContactSet& run, std::size_t node,
     return gap(run, {.position = motion.position(share), .velocity = motion.velocity(share)}, node,
                start_.time + share * length);
   };
-  if (touch == local::Touch::slack) {
+  if (touch.slack()) {
     const double from = open(0.0).position;
     const double to = open(theta).position;
     sum.flow.damped = 0.5 * run.stiffness * (from * from - to * to);
@@ -520,10 +519,10 @@ void LocatedSteps::ride() {
 }
 
 /// Masses begin and end to press on supports that are not rigid.
-void LocatedSteps::change_holds() {
-  for (auto& of_run : holds_) {
-    for (Hold& hold : of_run) {
-      hold.fresh = false;
+void LocatedSteps::change_touches() {
+  for (auto& of_run : touches_) {
+    for (ElasticTouch& touch : of_run) {
+      touch.pass();
     }
   }
   const WriteArray state{state_};
@@ -533,16 +532,12 @@ void LocatedSteps::change_holds() {
     if (!event_ || !run.elastic() || !is_due(candidate)) {
       continue;
     }
-    Hold& hold = holds_[index_of(run)][node - run.first];
+    ElasticTouch& touch = touches_[index_of(run)][node - run.first];
     const SupportMotion::State lift = run.lift(end_.time, start_.time);
-    const double speed = run.side * (state.values()[count_ + node] - lift.velocity);
-    if (hold.touch == local::Touch::off || candidate.opens) {
+    if (touch.changes_on_face(candidate.opens)) {
       state.values()[node] = run.height(node) + lift.height;
     }
-    hold.fresh = !candidate.opens && (hold.touch != local::Touch::off || run.damping == 0.0 || speed == 0.0);
-    hold.touch = candidate.opens                     ? local::Touch::off
-                 : hold.touch == local::Touch::press ? local::Touch::slack
-                                                     : local::Touch::press;
+    touch.change(candidate.opens, run.damping, run.side * (state.values()[count_ + node] - lift.velocity));
   }
 }
 
@@ -603,7 +598,7 @@ void LocatedSteps::track_contact() {
         const Given all = given(run, node, 1.0);
         const double mass = equations_->line().mass()[node];
         contact_->press(run.support, mass * all.push);
-        if (length > 0.0 && run.elastic() && hold_of(run, node).touch != local::Touch::off) {
+        if (length > 0.0 && touch_of(run, node).closed()) {
           contact_->touch(node, start_.time, end_.time);
         }
       } else if (length > 0.0 && contact_->resting_on(node, run)) {
@@ -661,7 +656,7 @@ double LocatedSteps::end_step() {
 
 void LocatedSteps::apply_events() {
   if (!plain_) {
-    change_holds();
+    change_touches();
   }
   if (!event_) {
     return;
@@ -845,8 +840,8 @@ void LocatedSteps::save(MotionState& state) const {
     touch.assign(count_, 0.0);
     for (const ContactSet& run : contact_->runs()) {
       for (std::size_t node = run.first; node < run.last && run.elastic(); ++node) {
-        const Hold& hold = hold_of(run, node);
-        const int code = static_cast<int>(hold.touch) + (hold.fresh ? kFresh : 0);
+        const ElasticTouch of = touch_of(run, node);
+        const int code = static_cast<int>(of.state()) + (of.starts_at_zero() ? kFresh : 0);
         touch[node] += code * (run.side > 0.0 ? 1 : kAbove);  // one on each side at most
       }
     }
@@ -870,8 +865,8 @@ void LocatedSteps::restore(const MotionState& state) {
   for (const ContactSet& run : contact_->runs()) {
     for (std::size_t node = run.first; node < run.last && run.elastic(); ++node) {
       const int code = static_cast<int>(touch[node]) / (run.side > 0.0 ? 1 : kAbove) % kAbove;
-      holds_[index_of(run)][node - run.first] = {.touch = static_cast<local::Touch>(code % kFresh),
-                                                 .fresh = code >= kFresh};
+      touches_[index_of(run)][node - run.first] =
+          ElasticTouch{static_cast<ElasticTouch::State>(code % kFresh), code >= kFresh};
     }
   }
   LineState line = saved_line(state, count_);

@@ -7,6 +7,7 @@
 
 #include "udar/contact/impact_law.hpp"
 #include "udar/local/step_maps.hpp"
+#include "udar/numerics/power_series.hpp"
 
 namespace udar {
 
@@ -342,35 +343,47 @@ void TouchingMasses::take(const Touching& mass, const Moments& before, const loc
   }
 }
 
+/// Tells contact what happens to one mass of the step.
+class TouchingMasses::Teller final : public local::Journal {
+ public:
+  Teller(const TouchingMasses& all, const Meeting& meeting, std::size_t node)
+      : all_{&all}, meeting_{&meeting}, node_{node} {}
+
+  void impact(int stop, double tau, double before, double after) override {
+    all_->tell_impact(run(stop), node_, tau, before, after, ground(stop, tau));
+  }
+  void rest(int stop, double tau, double speed) override {
+    const double step = all_->sweep_->step;
+    const double push = -run(stop).side * speed;
+    all_->contact_->rest(run(stop), node_, at(tau), all_->energy(node_, speed / step));
+    if (speed != 0.0) {  // the support also took what is left of the rebound
+      const double change = push / step;
+      all_->contact_->press(run(stop).support, mass() * change, at(tau), at(tau));
+      all_->contact_->flow({.work = mass() * change * ground(stop, tau) / step});
+    }
+  }
+  void release(int stop, double tau) override { all_->contact_->release(run(stop), node_, at(tau)); }
+  void pressed(int stop, double push, double work) override { all_->press(run(stop), node_, push, work); }
+  void damped(double loss) override {
+    const double step = all_->sweep_->step;
+    all_->contact_->flow({.damped = mass() * loss / (step * step)});
+  }
+  void touched(double from, double until) override { all_->contact_->touch(node_, at(from), at(until)); }
+
+ private:
+  [[nodiscard]] const ContactSet& run(int stop) const { return *meeting_->runs[static_cast<std::size_t>(stop)]; }
+  [[nodiscard]] double at(double tau) const { return all_->sweep_->begin + tau * all_->sweep_->step; }
+  [[nodiscard]] double mass() const { return all_->sweep_->mass[node_]; }
+  [[nodiscard]] double ground(int stop, double tau) const {
+    return meeting_->problem.stops[static_cast<std::size_t>(stop)].speed(tau);
+  }
+
+  const TouchingMasses* all_;
+  const Meeting* meeting_;
+  std::size_t node_;
+};
+
 void TouchingMasses::write_journal() {
-  struct Journal {
-    const TouchingMasses* self;
-    const Meeting* meeting;
-    std::size_t node;
-    [[nodiscard]] const ContactSet& run(int stop) const { return *meeting->runs[static_cast<std::size_t>(stop)]; }
-    [[nodiscard]] double at(double tau) const { return self->sweep_->begin + tau * self->sweep_->step; }
-    [[nodiscard]] double ground(int stop, double tau) const {
-      return meeting->problem.stops[static_cast<std::size_t>(stop)].speed(tau);
-    }
-    void impact(int stop, double tau, double before, double after) const {
-      self->tell_impact(run(stop), node, tau, before, after, ground(stop, tau));
-    }
-    void rest(int stop, double tau, double speed) const {
-      const double push = -run(stop).side * speed;
-      self->contact_->rest(run(stop), node, at(tau), self->energy(node, speed / self->sweep_->step));
-      if (speed != 0.0) {  // the support also took what is left of the rebound
-        const double change = push / self->sweep_->step;
-        self->contact_->press(run(stop).support, self->sweep_->mass[node] * change, at(tau), at(tau));
-        self->contact_->flow({.work = self->sweep_->mass[node] * change * ground(stop, tau) / self->sweep_->step});
-      }
-    }
-    void release(int stop, double tau) const { self->contact_->release(run(stop), node, at(tau)); }
-    void pressed(int stop, double push, double work) const { self->press(run(stop), node, push, work); }
-    void damped(double loss) const {
-      self->contact_->flow({.damped = self->sweep_->mass[node] * loss / (self->sweep_->step * self->sweep_->step)});
-    }
-    void touched(double from, double until) const { self->contact_->touch(node, at(from), at(until)); }
-  };
   for (const auto& [run, node] : pressed_) {
     const double stretch = sweep_->drive(0)[node] + sweep_->start[node] - run->height(node);  // its mean
     press(*run, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
@@ -387,32 +400,48 @@ void TouchingMasses::write_journal() {
       continue;
     }
     const Meeting meeting = meeting_of(mass);
-    local::advance(meeting.problem, Journal{.self = this, .meeting = &meeting, .node = mass.node});
+    Teller teller{*this, meeting, mass.node};
+    static_cast<void>(local::advance(meeting.problem, &teller));
   }
 }
 
+namespace {
+
+/// Adds up what flows to one mass besides impacts, over the mass [m^2 per step^2].
+class FlowOfMass final : public local::Journal {
+ public:
+  explicit FlowOfMass(const local::Problem& problem) : problem_{&problem} {}
+
+  void impact(int stop, double tau, double before, double after) override {
+    sum_.work += (after - before) * ground(stop, tau);
+  }
+  void rest(int stop, double tau, double speed) override {
+    sum_.work += (stop == 0 ? -speed : speed) * ground(stop, tau);
+  }
+  void pressed(int /*stop*/, double /*push*/, double work) override { sum_.work += work; }
+  void damped(double loss) override { sum_.damped += loss; }
+  [[nodiscard]] const EnergyFlow& sum() const { return sum_; }
+
+ private:
+  [[nodiscard]] double ground(int stop, double tau) const {
+    return problem_->stops[static_cast<std::size_t>(stop)].speed(tau);
+  }
+
+  const local::Problem* problem_;
+  EnergyFlow sum_;
+};
+
+}  // namespace
+
 EnergyFlow TouchingMasses::flow(double tau) const {
-  struct Journal : local::Silent {
-    EnergyFlow* sum;
-    const local::Problem* problem;
-    Journal(EnergyFlow* total, const local::Problem* of) : sum{total}, problem{of} {}
-    [[nodiscard]] double ground(int stop, double at) const {
-      return problem->stops[static_cast<std::size_t>(stop)].speed(at);
-    }
-    void impact(int stop, double at, double before, double after) const {
-      sum->work += (after - before) * ground(stop, at);
-    }
-    void rest(int stop, double at, double speed) const { sum->work += (stop == 0 ? -speed : speed) * ground(stop, at); }
-    void pressed(int /*stop*/, double /*push*/, double work) const { sum->work += work; }
-    void damped(double loss) const { sum->damped += loss; }
-  };
   EnergyFlow all;
   for (const Touching& mass : touching_) {
     if (!mass.known) {
-      EnergyFlow one;
       local::Problem problem = meeting_of(mass).problem;
       problem.until = tau;
-      local::advance(problem, Journal{&one, &problem});
+      FlowOfMass counter{problem};
+      static_cast<void>(local::advance(problem, &counter));
+      const EnergyFlow& one = counter.sum();
       const double scale = sweep_->mass[mass.node] / (sweep_->step * sweep_->step);
       all.work += scale * one.work;
       all.damped += scale * one.damped;

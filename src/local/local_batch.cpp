@@ -3,6 +3,8 @@
 #include <limits>
 
 #include "local/clones.hpp"
+#include "udar/contact/impact_law.hpp"
+#include "udar/numerics/power_series.hpp"
 
 #define UDAR_INLINE [[gnu::always_inline]] inline
 

@@ -6,6 +6,7 @@
 
 #include "udar/local/local_motion.hpp"
 #include "udar/numerics/bernstein.hpp"
+#include "udar/numerics/power_series.hpp"
 
 namespace udar {
 namespace {

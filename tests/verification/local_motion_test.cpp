@@ -20,6 +20,8 @@
 #include <vector>
 
 #include "udar/local/local_batch.hpp"
+#include "udar/numerics/power_series.hpp"
+#include "udar/numerics/roots.hpp"
 
 namespace udar {
 namespace {
@@ -142,16 +144,17 @@ struct Event {
   double after = 0.0;
 };
 
-struct Listener {
-  std::vector<Event>* events;
-  void impact(int stop, double tau, double before, double after) const {
-    events->push_back({'i', stop, tau, before, after});
+class Listener final : public local::Journal {
+ public:
+  explicit Listener(std::vector<Event>& events) : events_{&events} {}
+  void impact(int stop, double tau, double before, double after) override {
+    events_->push_back({'i', stop, tau, before, after});
   }
-  void rest(int stop, double tau, double speed) const { events->push_back({'r', stop, tau, speed, 0.0}); }
-  void release(int stop, double tau) const { events->push_back({'l', stop, tau, 0.0, 0.0}); }
-  void pressed(int /*stop*/, double /*push*/, double /*work*/) const {}
-  void damped(double /*loss*/) const {}
-  void touched(double /*from*/, double /*until*/) const {}
+  void rest(int stop, double tau, double speed) override { events_->push_back({'r', stop, tau, speed, 0.0}); }
+  void release(int stop, double tau) override { events_->push_back({'l', stop, tau, 0.0, 0.0}); }
+
+ private:
+  std::vector<Event>* events_;
 };
 
 /// The reference.
@@ -536,7 +539,8 @@ TEST(LocalMotion, FollowsASlowReference) {
     }
     SCOPED_TRACE("problem " + std::to_string(i));
     events.clear();
-    const local::Outcome outcome = local::advance(problem, Listener{&events});
+    Listener listener{events};
+    const local::Outcome outcome = local::advance(problem, &listener);
     most = std::max(most, outcome.impacts);
     check_end(problem, outcome, drawn.scale);
     check_journal(problem, outcome, events, drawn.scale);
@@ -612,7 +616,8 @@ TEST(LocalMotion, EndsBetweenCloseStopsThatItNeverRestsOn) {
   problem.hop_tolerance = 1e-10;
   problem.together = 1e-12;
   std::vector<Event> events;
-  const local::Outcome outcome = local::advance(problem, Listener{&events});
+  Listener listener{events};
+  const local::Outcome outcome = local::advance(problem, &listener);
   check_end(problem, outcome, problem.velocity);
   check_journal(problem, outcome, events, problem.velocity);
   EXPECT_GE(outcome.impacts, local::kMostImpacts);

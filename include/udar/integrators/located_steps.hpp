@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "udar/contact/elastic_touch.hpp"
 #include "udar/integrators/integrator.hpp"
-#include "udar/local/local_motion.hpp"
 #include "udar/numerics/step_polynomial.hpp"
 #include "udar/petsc/handle.hpp"
 
@@ -50,11 +50,6 @@ class LocatedSteps final : public Integrator {
     bool opens = false;  // a closed gap
     double met = 0.0;    // as the last repeated step corrected its time [s]
   };
-  /// How a mass stands to a support that is not rigid.
-  struct Hold {
-    local::Touch touch = local::Touch::off;
-    bool fresh = false;  // since the start of the step: what would end it is zero there
-  };
   /// What a support gives a mass, over its mass, from the start of the step to a share of it.
   struct Given {
     double push = 0.0;  // [m/s]
@@ -73,14 +68,15 @@ class LocatedSteps final : public Integrator {
   void track_contact();
   void find_accelerations(const double* state, const LineState& line, const std::vector<double>& rate,
                           std::vector<double>& result, std::vector<double>& bend);
-  void survey_hold(const ContactSet& run, std::size_t node, double length);
+  void survey_touch(const ContactSet& run, std::size_t node, double length);
   void ride();
-  void change_holds();
+  void change_touches();
   [[nodiscard]] std::size_t index_of(const ContactSet& run) const {
     return static_cast<std::size_t>(&run - contact_->runs().data());
   }
-  [[nodiscard]] const Hold& hold_of(const ContactSet& run, std::size_t node) const {
-    return holds_[index_of(run)][node - run.first];
+  /// Open where the support is rigid.
+  [[nodiscard]] ElasticTouch touch_of(const ContactSet& run, std::size_t node) const {
+    return run.elastic() ? touches_[index_of(run)][node - run.first] : ElasticTouch{};
   }
   /// Gap of a mass and its rates.
   [[nodiscard]] Kinematics gap(const ContactSet& run, const Kinematics& mass, std::size_t node, double time) const;
@@ -140,7 +136,7 @@ class LocatedSteps final : public Integrator {
   std::vector<double> stage_rate_;  // d(Vm) [m/s] at the stage at hand
   std::vector<double> start_bend_;  // d'' [m/s^2] at both ends, kept where the structure is damped
   std::vector<double> end_bend_;
-  std::vector<std::vector<Hold>> holds_;  // by run that is not rigid, then node
+  std::vector<std::vector<ElasticTouch>> touches_;  // by run that is not rigid, then node
   // By which supports that move and hold the line bring energy in: at the start, middle and end of the step [W].
   std::array<double, 3> power_{};
   std::vector<double> start_acceleration_;  // [m/s^2], kept unless `plain_`

@@ -78,6 +78,8 @@ class TouchingMasses {
     std::array<const ContactSet*, 2> runs{};
   };
 
+  class Teller;
+
   [[nodiscard]] Meeting meeting_of(const Touching& mass) const;
   /// How much of a mass's displacement the line takes on at once at its node: dx / 2 l on an even Winkler bed of decay
   /// length l = (4 EI / rhoA wf^2)^(1/4), four times that at an end.
@@ -103,7 +105,7 @@ class TouchingMasses {
   /// @param tau of the step @param before, after velocities, and that of the support [m per step]
   void tell_impact(const ContactSet& run, std::size_t node, double tau, double before, double after,
                    double ground) const;
-  /// @param push, work as in `local::Silent::pressed`
+  /// @param push, work as in `local::Journal::pressed`
   void press(const ContactSet& run, std::size_t node, double push, double work) const;
   void track_nodes(std::size_t index, std::size_t first, std::size_t last);
   /// Lowest and highest bound of a run's lift in the step [m].
