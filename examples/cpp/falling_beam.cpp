@@ -19,8 +19,8 @@ class MiddlePrinter final : public udar::Observer {
   void snapshot(const udar::Snapshot& state) override {
     if (node_ >= beam_->begin() && node_ < beam_->end()) {
       const auto i = static_cast<std::size_t>(node_ - beam_->begin());
-      std::printf("t %.1f s: mass %+.6f m, line %+.6f m, moment %+.4e N m\n", state.time, state.mass_position[i],
-                  state.line_position[i], state.moment[i]);
+      std::printf("t %.1f s: mass %+.6f m, line %+.6f m, moment %+.4e N m\n", state.time,
+                  state.values("mass_position")[i], state.values("line_position")[i], state.values("moment")[i]);
     }
   }
 

@@ -63,11 +63,14 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line) {
   layout.filter_frequency = input.filter.filter_frequency;
   layout.longest_sample = longest_sample(input);
   layout.options_text = petsc::effective_options();
+  layout.fields = ImpactDynamics::fields();
+  layout.peaks = {{.name = "stress", .unit = "Pa", .field = "moment", .factor = {}},
+                  {.name = "utilisation", .unit = "1", .field = "moment", .factor = {}}};
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     layout.x.push_back(beam.position(node));
     const MomentStress per_moment = beam.moment_stress(node);
-    layout.stress_per_moment.push_back(per_moment.stress);
-    layout.utilisation_per_moment.push_back(per_moment.utilisation);
+    layout.peaks[0].factor.push_back(per_moment.stress);
+    layout.peaks[1].factor.push_back(per_moment.utilisation);
   }
   layout.mass = line.mass();
   for (const double gauge : input.gauges) {
@@ -176,7 +179,7 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain
 }
 
 io::Summary make_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
-                         const io::SupportForces& forces, const io::BendingPeaks& bending) {
+                         const io::SupportForces& forces, const io::Peaks& peaks) {
   const BeamChain& beam = line.beam();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
@@ -215,7 +218,10 @@ io::Summary make_summary(const Case& input, FilteredStructure& line, const Impac
     summary.peak_force_window = forces.peak_window();
     summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
-  summary.bending = bending;
+  for (const auto& [key, name] : {std::pair{"max_bending_stress", "stress"}, {"max_utilisation", "utilisation"}}) {
+    const auto peak = peaks.find(name);
+    summary.peaks.emplace_back(key, peak != peaks.end() ? std::optional{peak->second} : std::nullopt);
+  }
   summary.energy_drift = dynamics.energy().drift();
   summary.gauge_position = input.gauges;
   for (const double gauge : input.gauges) {
@@ -232,12 +238,13 @@ void warn_of_drift(MPI_Comm comm, double drift) {
   }
 }
 
-void warn_of_yielding(MPI_Comm comm, const io::BendingPeaks& bending) {
-  if (bending.utilisation && bending.utilisation->value > 1.0) {
+void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
+  const auto used = peaks.find("utilisation");
+  if (used != peaks.end() && used->second.value > 1.0) {
     petsc::warn(comm,
                 "the bending stress reaches %.3g times the yield stress, at x = %g m, t = %g s; what follows is that "
                 "of a beam that stays elastic",
-                bending.utilisation->value, bending.utilisation->x, bending.utilisation->time);
+                used->second.value, used->second.x, used->second.time);
   }
 }
 
@@ -296,10 +303,10 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
 
   const double sampling = io::sampling_interval(input.output.interval, longest_sample(input));
   io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window, sampling};
-  io::BendingPeaks bending;
+  io::Peaks peaks;
   std::vector<std::unique_ptr<Observer>> observers =
       io::make_run_writers(make_layout(input, line), input.output.directory, input.output.interval,
-                           input.output.field_interval, &forces, &bending);
+                           input.output.field_interval, &forces, &peaks);
   const io::RunFiles files{comm, input.output.directory};
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam, observers);
   const CheckpointWriter& checkpoint = *writer;
@@ -327,8 +334,8 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
       warn_of_no_contact(input, beam);
     }
     io::Summary& summary = result.summary;
-    warn_of_yielding(comm, bending);
-    summary = make_summary(input, line, dynamics, forces, bending);
+    warn_of_yielding(comm, peaks);
+    summary = make_summary(input, line, dynamics, forces, peaks);
     summary.stepping_line_solves = line.solves() - solves_before;
     add_costs(comm, begin, stepping, end, summary);
     io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "udar/filter/bending_fields.hpp"
 #include "udar/integrators/located_steps.hpp"
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/ts_chebyshev.hpp"
@@ -365,6 +366,21 @@ bool ImpactDynamics::stop_between_rows(PetscInt rows) const {
   return stop != 0;
 }
 
+std::vector<FieldInfo> ImpactDynamics::fields() {
+  std::vector<FieldInfo> all{kMotionFields.begin(), kMotionFields.end()};
+  all.insert(all.end(), kBendingFields.begin(), kBendingFields.end());
+  all.push_back(kRestingField);
+  return all;
+}
+
+std::vector<Field> ImpactDynamics::shown_fields() const {
+  using Numbers = std::span<const double>;
+  return {
+      {kMotionFields[0], Numbers{shown_.position}},     {kMotionFields[1], Numbers{shown_.velocity}},
+      {kMotionFields[2], Numbers{shown_line_.stretch}}, {kBendingFields[0], Numbers{shown_line_.moment}},
+      {kBendingFields[1], Numbers{shown_shear_}},       {kRestingField, std::span<const std::uint8_t>{shown_resting_}}};
+}
+
 void ImpactDynamics::emit_snapshots(double until) {
   const auto due_time = [this](const Due& due) {
     const double interval = due.observer->interval();
@@ -381,15 +397,8 @@ void ImpactDynamics::emit_snapshots(double until) {
     const petsc::LogScope output{petsc::log_events().output};
     last_row_time_ = time;
     snapshot(std::min(time, until), until);
-    Snapshot snapshot{.time = time,
-                      .mass_position = shown_.position,
-                      .mass_velocity = shown_.velocity,
-                      .line_position = shown_line_.stretch,
-                      .moment = shown_line_.moment,
-                      .resting = shown_resting_,
-                      .energy = ledger_,
-                      .shear = shown_shear_,
-                      .support_impulse = shown_impulse_};
+    const std::vector<Field> shown = shown_fields();
+    Snapshot snapshot{.time = time, .fields = shown, .energy = ledger_, .support_impulse = shown_impulse_};
     double since = time;  // of the zone at hand; most listeners have the same interval, and none a row before the first
     for (Due& due : due_) {
       if (due_time(due) <= time + time_resolution(time)) {

@@ -27,11 +27,12 @@ void append_row(std::string& text, double time, Fields... fields) {
 
 }  // namespace
 
-std::string gauge_header(std::size_t gauges) {
+std::string gauge_header(std::size_t gauges, std::span<const std::string_view> columns) {
   std::string text = "time";
   for (std::size_t i = 0; i < gauges; ++i) {
-    const std::string number = std::to_string(i);
-    text += ",mass_" + number + ",velocity_" + number + ",line_" + number;
+    for (const std::string_view column : columns) {
+      text.append(",").append(column).append("_").append(std::to_string(i));
+    }
   }
   return text + '\n';
 }
@@ -123,16 +124,20 @@ std::string contact_rows(std::span<const ContactRow> rows, std::span<const doubl
   return text;
 }
 
-std::string envelope_header() {
-  return "node,x,moment_min,moment_max,shear_min,shear_max,stress_max,utilisation_max\n";
+std::string envelope_header(std::span<const std::string> columns) {
+  std::string text = "node,x";
+  for (const std::string& column : columns) {
+    text.append(",").append(column);
+  }
+  return text + '\n';
 }
 
-std::string envelope_rows(std::span<const EnvelopeRow> rows) {
+std::string envelope_rows(std::size_t columns, std::span<const double> values) {
   std::string text;
-  for (const EnvelopeRow& row : rows) {
-    append_number(text, static_cast<std::int64_t>(row.node));
-    for (const double value :
-         {row.x, row.moment_min, row.moment_max, row.shear_min, row.shear_max, row.stress_max, row.utilisation_max}) {
+  const std::size_t width = columns + 1;
+  for (std::size_t row = 0; row < values.size() / width; ++row) {
+    append_number(text, static_cast<std::int64_t>(row));
+    for (const double value : values.subspan(row * width, width)) {
       append_field(text, value);
     }
     text += '\n';

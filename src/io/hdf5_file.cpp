@@ -391,34 +391,36 @@ void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, 
   add_dataset(name, H5T_NATIVE_INT64, count_of(nodes.total), count_of(nodes.begin), values.size(), values.data());
 }
 
-void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes) {
-  add_growing(name, type, count_of(nodes));
+void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes, int components) {
+  add_growing(name, type, count_of(nodes), static_cast<hsize_t>(components));
 }
 
 void Hdf5File::add_records(const std::string& name, hid_t type) { add_growing(name, type, 0); }
 
-void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns) {
+void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components) {
   Growing data;
   data.type = Hdf5Id{H5Tcopy(type), H5Tclose};
   data.size = H5Tget_size(type);
   data.columns = columns;
+  data.components = components;
+  const hsize_t cell = data.size * components;
   hsize_t chunk_columns = 1;
   if (columns == 0) {
     data.chunks = 1;
     data.chunk_rows = kChunkRecords;
   } else {
-    data.chunks = (columns * data.size + kChunkBytes - 1) / kChunkBytes;
+    data.chunks = (columns * cell + kChunkBytes - 1) / kChunkBytes;
     chunk_columns = (columns + data.chunks - 1) / data.chunks;
-    data.chunk_rows = std::clamp<hsize_t>(kChunkBytes / (chunk_columns * data.size), 1, kChunkRowsMax);
+    data.chunk_rows = std::clamp<hsize_t>(kChunkBytes / (chunk_columns * cell), 1, kChunkRowsMax);
     data.chunks = (columns + chunk_columns - 1) / chunk_columns;
   }
-  data.chunk_bytes = data.chunk_rows * chunk_columns * data.size;
+  data.chunk_bytes = data.chunk_rows * chunk_columns * cell;
 
   spend(0);
-  const int rank = columns == 0 ? 1 : 2;
-  const std::array<hsize_t, 2> extent{0, columns};
-  const std::array<hsize_t, 2> most{H5S_UNLIMITED, columns};
-  const std::array<hsize_t, 2> chunk{data.chunk_rows, chunk_columns};
+  const int rank = columns == 0 ? 1 : (components == 1 ? 2 : 3);
+  const std::array<hsize_t, 3> extent{0, columns, components};
+  const std::array<hsize_t, 3> most{H5S_UNLIMITED, columns, components};
+  const std::array<hsize_t, 3> chunk{data.chunk_rows, chunk_columns, components};
   const Hdf5Id space{H5Screate_simple(rank, extent.data(), most.data()), H5Sclose};
   const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
   // Every value in the extent is written, so none needs filling.
@@ -437,15 +439,15 @@ std::uint64_t Hdf5File::growth(const std::string& name, std::size_t rows) const 
 }
 
 void Hdf5File::extend(Growing& data, hsize_t rows) {
-  const std::array<hsize_t, 2> extent{data.rows + rows, data.columns};
+  const std::array<hsize_t, 3> extent{data.rows + rows, data.columns, data.components};
   agree(H5Dset_extent(data.id, extent.data()) >= 0);
 }
 
 void Hdf5File::write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns,
                            const void* values) {
-  const std::array<hsize_t, 2> start{row, column};
-  const std::array<hsize_t, 2> count{rows, columns};
-  const hsize_t total = rows * columns;
+  const std::array<hsize_t, 3> start{row, column, 0};
+  const std::array<hsize_t, 3> count{rows, columns, data.components};
+  const hsize_t total = rows * columns * data.components;
   const hsize_t memory = std::max<hsize_t>(total, 1);
   const Hdf5Id space{H5Dget_space(data.id), H5Sclose};
   const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};

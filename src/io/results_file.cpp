@@ -102,18 +102,8 @@ constexpr const char* kImpulse = "/supports/impulse";
 constexpr const char* kLift = "/supports/lift";
 
 constexpr const char* kFieldTime = "/fields/time";
-constexpr const char* kResting = "/fields/resting";
 
-struct Field {
-  const char* name;
-  const char* units;
-  std::span<const double> Snapshot::* values;
-};
-/// One value per node in each row.
-constexpr std::array kFields{Field{"/fields/mass_position", "m", &Snapshot::mass_position},
-                             Field{"/fields/mass_velocity", "m/s", &Snapshot::mass_velocity},
-                             Field{"/fields/line_position", "m", &Snapshot::line_position},
-                             Field{"/fields/moment", "N m", &Snapshot::moment}};
+std::string path_of(const FieldInfo& field) { return "/fields/" + std::string{field.name}; }
 
 /// A unit on a dataset; of a table those of its columns, in their order.
 void add_units(Hdf5File& file, const std::string& name, const std::string& units) {
@@ -174,6 +164,8 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
     : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)},
       nodes_{layout.nodes},
+      cells_{layout.cells()},
+      fields_{layout.fields},
       supports_{static_cast<PetscInt>(layout.supports.size())} {
   int rank = 0;
   MPI_Comm_rank(layout.comm, &rank);
@@ -182,12 +174,13 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   file_->add_group("/fields");
   file_->add_records(kFieldTime, H5T_NATIVE_DOUBLE);
   add_units(*file_, kFieldTime, "s");
-  for (const Field& field : kFields) {
-    file_->add_rows(field.name, H5T_NATIVE_DOUBLE, nodes_.total);
-    add_units(*file_, field.name, field.units);
+  for (const FieldInfo& field : fields_) {
+    if (field.rows) {
+      const PetscInt total = field.where == Where::points ? nodes_.total : cells_.total;
+      file_->add_rows(path_of(field), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE, total, field.components);
+      add_units(*file_, path_of(field), std::string{field.unit});
+    }
   }
-  file_->add_rows(kResting, H5T_NATIVE_UINT8, nodes_.total);
-  add_units(*file_, kResting, "1");
   file_->add_records("/impacts", impact_type());
   add_units(*file_, "/impacts", "s,1,m,1,m/s,m/s,N s,J");
   file_->add_records("/rests", rest_type());
@@ -202,19 +195,20 @@ ResultsFile::~ResultsFile() = default;
 void ResultsFile::append_fields(const Snapshot& state) {
   const petsc::LogScope scope{petsc::log_events().fields};
   // Space for the whole row first: a row that does not fit leaves none of its fields behind.
-  std::uint64_t bytes = file_->growth(kFieldTime) + file_->growth(kResting);
-  for (const Field& field : kFields) {
-    bytes += file_->growth(field.name);
+  std::uint64_t bytes = file_->growth(kFieldTime);
+  for (const FieldInfo& field : fields_) {
+    bytes += field.rows ? file_->growth(path_of(field)) : 0;
   }
   file_->reserve(bytes);
 
-  [[maybe_unused]] const auto count = static_cast<std::size_t>(nodes_.count());
-  for (const Field& field : kFields) {
-    assert((state.*field.values).size() == count);
-    file_->append_row(field.name, nodes_, (state.*field.values).data());
+  assert(state.fields.size() == fields_.size());
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    assert(state.fields[i].name == fields_[i].name);
+    if (fields_[i].rows) {
+      file_->append_row(path_of(fields_[i]), fields_[i].where == Where::points ? nodes_ : cells_,
+                        state.fields[i].data());
+    }
   }
-  assert(state.resting.size() == count);
-  file_->append_row(kResting, nodes_, state.resting.data());
   file_->append_records(kFieldTime, &state.time, first_rank_ ? 1 : 0);
   ++field_rows_;
   flush_if_due();
@@ -278,23 +272,14 @@ void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<con
   flush_if_due();
 }
 
-void ResultsFile::add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
-                               std::span<const double> shear_min, std::span<const double> shear_max,
-                               std::span<const double> stress_max, std::span<const double> utilisation_max) {
-  const NodeRange elements{.begin = std::min(nodes_.begin, nodes_.total - 1),
-                           .end = std::min(nodes_.end, nodes_.total - 1),
-                           .total = nodes_.total - 1};
+void ResultsFile::add_envelope(std::span<const EnvelopeColumn> columns) {
   file_->add_group("/envelope");
-  const auto add = [&](const char* name, const NodeRange& range, std::span<const double> values, const char* unit) {
-    file_->add_node_values(name, range, values.first(static_cast<std::size_t>(range.count())));
-    add_units(*file_, name, unit);
-  };
-  add("/envelope/moment_min", nodes_, moment_min, "N m");
-  add("/envelope/moment_max", nodes_, moment_max, "N m");
-  add("/envelope/shear_min", elements, shear_min, "N");
-  add("/envelope/shear_max", elements, shear_max, "N");
-  add("/envelope/stress_max", nodes_, stress_max, "Pa");
-  add("/envelope/utilisation_max", nodes_, utilisation_max, "1");
+  for (const EnvelopeColumn& column : columns) {
+    const NodeRange& range = column.where == Where::points ? nodes_ : cells_;
+    const std::string path = "/envelope/" + column.name;
+    file_->add_node_values(path, range, column.values.first(static_cast<std::size_t>(range.count())));
+    add_units(*file_, path, column.unit);
+  }
   flush_if_due();
 }
 

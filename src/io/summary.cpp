@@ -51,8 +51,9 @@ std::string as_json(const Summary& summary) {
   json["force_window"] = number_or_null(summary.force_window);
   json["peak_force_window"] = number_or_null(summary.peak_force_window);
   json["peak_support_force"] = summary.peak_support_force;
-  add_peak(json, "max_bending_stress", summary.bending.stress);
-  add_peak(json, "max_utilisation", summary.bending.utilisation);
+  for (const auto& [name, peak] : summary.peaks) {
+    add_peak(json, name, peak);
+  }
   json["energy_drift"] = summary.energy_drift;
   json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;

@@ -127,13 +127,20 @@ struct Parts {
   hsize_t rows;
 
   [[nodiscard]] hsize_t points() const { return 2 * nodes + support_points; }
-  /// Rows of a field at the nodes of a part, from its first point on.
-  [[nodiscard]] Piece scalar(const char* field, hsize_t first) const {
-    return {field, {rows, nodes}, {first}, {points()}, {rows}, {nodes}};
+  /// Where the points of a body begin.
+  [[nodiscard]] hsize_t first(Body body) const { return body == Body::line ? 0 : nodes; }
+  /// Rows of a field at the nodes of its body.
+  [[nodiscard]] Piece data(const FieldInfo& field) const {
+    const auto components = static_cast<hsize_t>(field.components);
+    const std::string path = "/fields/" + std::string{field.name};
+    if (components == 1) {
+      return {path, {rows, nodes}, {first(field.body)}, {points()}, {rows}, {nodes}};
+    }
+    return {path, {rows, nodes, components}, {first(field.body), 0}, {points(), 1}, {rows, 1}, {nodes, components}};
   }
-  /// The same as the height of a vector.
-  [[nodiscard]] Piece height(const char* field, hsize_t first, hsize_t count) const {
-    return {field, {rows, count}, {first, 1}, {points(), 1}, {rows, 1}, {count, 1}};
+  /// Rows of values as the heights of vectors.
+  [[nodiscard]] Piece height(const std::string& dataset, hsize_t first, hsize_t count) const {
+    return {dataset, {rows, count}, {first, 1}, {points(), 1}, {rows, 1}, {count, 1}};
   }
   /// Values that do not change, one per node, in column `column` of an array.
   [[nodiscard]] Piece fixed(const char* dataset, hsize_t first) const {
@@ -141,8 +148,8 @@ struct Parts {
   }
 };
 
-void write_grid(Writer& writer, const Parts& parts, const std::vector<std::int64_t>& support_sizes,
-                const std::vector<double>& support_points) {
+void write_grid(Writer& writer, const Parts& parts, const Topology& topology,
+                const std::vector<std::int64_t>& support_sizes, const std::vector<double>& support_points) {
   const auto nodes = static_cast<std::int64_t>(parts.nodes);
   const auto of_supports = static_cast<std::int64_t>(parts.support_points);
   const auto supports = static_cast<std::int64_t>(support_sizes.size());
@@ -150,7 +157,7 @@ void write_grid(Writer& writer, const Parts& parts, const std::vector<std::int64
   writer.values("/VTKHDF/NumberOfConnectivityIds", std::vector<std::int64_t>{nodes, nodes, of_supports});
   writer.values("/VTKHDF/NumberOfCells", std::vector<std::int64_t>{1, 1, supports});
   std::vector<std::int64_t> offsets{0, nodes, 0, nodes, 0};
-  std::vector<std::uint8_t> types{kPolyLine, kPolyVertex};
+  std::vector<std::uint8_t> types{topology.cells == Topology::Cells::polyline ? kPolyLine : kPolyVertex, kPolyVertex};
   std::vector<std::int64_t> part{0, 1};
   for (const std::int64_t size : support_sizes) {
     offsets.push_back(offsets.back() + size);
@@ -189,36 +196,48 @@ void write_grid(Writer& writer, const Parts& parts, const std::vector<std::int64
   writer.text("/VTKHDF/Points", "units", "m");
 }
 
-/// A name of point data, its units, and whether each row has its own.
+/// A name of point data, and whether each row has its own.
 struct PointData {
   std::string name;
-  const char* units;
   bool changes;
 };
 
-std::vector<PointData> write_point_data(Writer& writer, const Parts& parts, bool supports_move) {
+std::vector<PointData> write_point_data(Writer& writer, const Parts& parts, std::span<const FieldInfo> fields,
+                                        bool supports_move) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const hsize_t all = parts.rows * parts.points();
-  const hsize_t masses = parts.nodes;
-  std::vector<Piece> displacement{parts.height("/fields/line_position", 0, parts.nodes),
-                                  parts.height("/fields/mass_position", masses, parts.nodes)};
+  std::vector<PointData> written;
+  const auto add = [&](const std::string& name, std::string_view units, const Extent& extent, auto fill,
+                       const std::vector<Piece>& pieces, bool changes) {
+    const std::string path = "/VTKHDF/PointData/" + name;
+    writer.view(path, extent, fill, pieces);
+    writer.text(path, "units", std::string{units});
+    written.push_back({name, changes});
+  };
+  writer.group("/VTKHDF/PointData");
+  std::vector<Piece> displacement;
+  for (const FieldInfo& field : fields) {
+    if (field.position) {
+      displacement.push_back(parts.height("/fields/" + std::string{field.name}, parts.first(field.body), parts.nodes));
+    }
+  }
   if (supports_move) {
     displacement.push_back(parts.height("/VTKHDF/Supports/lift", 2 * parts.nodes, parts.support_points));
   }
-  writer.group("/VTKHDF/PointData");
-  writer.view("/VTKHDF/PointData/displacement", {all, 3}, 0.0, displacement);
-  writer.view("/VTKHDF/PointData/moment", {all}, kNone, {parts.scalar("/fields/moment", 0)});
-  writer.view("/VTKHDF/PointData/mass_velocity", {all}, kNone, {parts.scalar("/fields/mass_velocity", masses)});
-  writer.view("/VTKHDF/PointData/resting", {all}, std::uint8_t{0}, {parts.scalar("/fields/resting", masses)});
-  writer.view("/VTKHDF/PointData/mass", {parts.points()}, kNone, {parts.fixed("/mass", masses)});
-  std::vector<PointData> written{{"displacement", "m", true},
-                                 {"moment", "N m", true},
-                                 {"mass_velocity", "m/s", true},
-                                 {"resting", "1", true},
-                                 {"mass", "kg", false}};
-  for (const PointData& data : written) {
-    writer.text("/VTKHDF/PointData/" + data.name, "units", data.units);
+  add("displacement", "m", {all, 3}, 0.0, displacement, true);
+  for (const FieldInfo& field : fields) {
+    if (field.position) {
+      continue;
+    }
+    const Extent extent = field.components == 1 ? Extent{all} : Extent{all, static_cast<hsize_t>(field.components)};
+    const std::vector<Piece> pieces{parts.data(field)};
+    if (field.flag) {
+      add(std::string{field.name}, field.unit, extent, std::uint8_t{0}, pieces, true);
+    } else {
+      add(std::string{field.name}, field.unit, extent, kNone, pieces, true);
+    }
   }
+  add("mass", "kg", {parts.points()}, kNone, {parts.fixed("/mass", parts.first(Body::masses))}, false);
   return written;
 }
 
@@ -252,7 +271,12 @@ void write_steps(Writer& writer, const Parts& parts, std::span<const double> tim
 }  // namespace
 
 VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string results)
-    : comm_{layout.comm}, path_{std::move(path)}, results_{std::move(results)}, nodes_{layout.nodes.total} {
+    : comm_{layout.comm},
+      path_{std::move(path)},
+      results_{std::move(results)},
+      nodes_{layout.nodes.total},
+      topology_{layout.topology},
+      fields_{layout.fields_in_pictures()} {
   std::array<double, 2> ends{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   if (!layout.x.empty()) {
     ends = {layout.x.front(), -layout.x.back()};
@@ -293,7 +317,7 @@ void VtkHdfFile::write(std::span<const double> times) const {
     constexpr std::array<std::int64_t, 2> kVersion{2, 0};
     writer.attribute("/VTKHDF", "Version", H5T_NATIVE_INT64, {2}, kVersion.data());
     writer.text("/VTKHDF", "Type", "UnstructuredGrid");
-    write_grid(writer, parts, support_sizes_, support_points_);
+    write_grid(writer, parts, topology_, support_sizes_, support_points_);
     if (supports_move) {
       std::vector<double> lift;
       lift.reserve(times.size() * parts.support_points);
@@ -305,7 +329,7 @@ void VtkHdfFile::write(std::span<const double> times) const {
       writer.values("/VTKHDF/Supports/lift", lift, {parts.rows, parts.support_points});
       writer.text("/VTKHDF/Supports/lift", "units", "m");
     }
-    write_steps(writer, parts, times, write_point_data(writer, parts, supports_move));
+    write_steps(writer, parts, times, write_point_data(writer, parts, fields_, supports_move));
     if (!writer.close()) {
       failure = cannot_write(unfinished, "HDF5 cannot write it");
       unlink(unfinished.c_str());

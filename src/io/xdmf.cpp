@@ -1,5 +1,6 @@
 #include "udar/io/xdmf.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "io/text_file.hpp"
@@ -14,16 +15,19 @@ constexpr const char* kFooter =
 
 }  // namespace
 
-XdmfFile::XdmfFile(MPI_Comm comm, const std::string& path, std::string results, std::string points, PetscInt nodes)
-    : file_{std::make_unique<TextFile>(comm, path)},
+XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string results, std::string points)
+    : file_{std::make_unique<TextFile>(layout.comm, path)},
       results_{std::move(results)},
       zeros_{std::move(points)},
-      nodes_{nodes} {
+      nodes_{layout.nodes.total},
+      topology_{layout.topology},
+      fields_{layout.fields_in_pictures()} {
   file_->append(
       "<?xml version=\"1.0\"?>\n"
       "<Xdmf Version=\"2.0\">\n"
       "  <Domain>\n"
-      "    <Grid Name=\"beam\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
+      "    <Grid Name=\"" +
+          std::string{topology_.name} + "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
       kFooter);
 }
 
@@ -38,41 +42,55 @@ void XdmfFile::append(double time) {
     return std::string{"<DataItem Dimensions=\""} + nodes + "\" NumberType=\"" + type +
            "\" Precision=\"8\" Format=\"HDF\">" + comment + results_ + ":" + name + "</DataItem>\n";
   };
-  // One value per node out of an array of two dimensions.
-  const auto part = [&](const std::string& indent, const std::string& choice, const std::string& shape,
+  // What stands at the nodes out of a larger array.
+  const auto part = [&](const std::string& extent, const std::string& choice, const std::string& shape,
                         const std::string& type, const std::string& source) {
-    return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + nodes + "\" Type=\"HyperSlab\">\n" + indent +
-           "  <DataItem Dimensions=\"3 2\" Format=\"XML\">" + choice + "</DataItem>\n" + indent +
-           "  <DataItem Dimensions=\"" + shape + "\" NumberType=" + type + " Format=\"HDF\">" + source +
-           "</DataItem>\n" + indent + "</DataItem>\n";
+    const std::string indent = "          ";
+    return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + extent + "\" Type=\"HyperSlab\">\n" + indent +
+           "  <DataItem Dimensions=\"3 " + (extent == nodes ? "2" : "3") + "\" Format=\"XML\">" + choice +
+           "</DataItem>\n" + indent + "  <DataItem Dimensions=\"" + shape + "\" NumberType=" + type +
+           " Format=\"HDF\">" + source + "</DataItem>\n" + indent + "</DataItem>\n";
   };
   // Row `rows_` of a field. Of the field's rows only those up to this one are named, so that this stays true while the
   // file grows.
-  const auto slab = [&](const std::string& indent, const char* name, const char* type, const char* precision) {
-    std::string number = std::string{"\""} + type + "\" Precision=\"" + precision + "\"";
-    return part(indent, row + " 0 1 1 1 " + nodes, rows + " " + nodes, number, results_ + ":/fields/" + name);
+  const auto slab = [&](const FieldInfo& field) {
+    const std::string type = field.flag ? "\"UChar\" Precision=\"1\"" : "\"Float\" Precision=\"8\"";
+    const std::string source = results_ + ":/fields/" + std::string{field.name};
+    if (field.components == 1) {
+      return part(nodes, row + " 0 1 1 1 " + nodes, rows + " " + nodes, type, source);
+    }
+    const std::string extent = nodes + " " + std::to_string(field.components);
+    return part(extent, row + " 0 0 1 1 1 1 " + extent, rows + " " + extent, type, source);
   };
-  const auto attribute = [&](const char* name, const char* type, const char* precision) {
-    return std::string{"        <Attribute Name=\""} + name + "\" AttributeType=\"Scalar\" Center=\"Node\">\n" +
-           slab("          ", name, type, precision) + "        </Attribute>\n";
+  const auto attribute = [&](const FieldInfo& field) {
+    const char* type = field.components == 1 ? "Scalar" : (field.components == 3 ? "Vector" : "Matrix");
+    return "        <Attribute Name=\"" + std::string{field.name} + "\" AttributeType=\"" + type +
+           "\" Center=\"Node\">\n" + slab(field) + "        </Attribute>\n";
   };
 
   // VTK takes the points of the row before again if the first thing in the first item of the geometry reads the same.
   const std::string unique = "<!-- row " + row + " -->";
   std::string grid = "      <Grid Name=\"row " + row + "\" GridType=\"Uniform\">\n        <Time Value=\"";
   append_number(grid, time);
-  grid += "\"/>\n        <Topology TopologyType=\"Polyline\" NodesPerElement=\"" + nodes +
-          "\" NumberOfElements=\"1\">\n          " + fixed("/node", "Int", "") +
+  const bool polyline = topology_.cells == Topology::Cells::polyline;
+  grid += std::string{"\"/>\n        <Topology TopologyType=\""} + (polyline ? "Polyline" : "Polyvertex") +
+          "\" NodesPerElement=\"" + (polyline ? nodes : "1") + "\" NumberOfElements=\"" + (polyline ? "1" : nodes) +
+          "\">\n          " + fixed("/node", "Int", "") +
           "        </Topology>\n"
           "        <Geometry GeometryType=\"X_Y_Z\">\n          " +
-          fixed("/x", "Float", unique) + slab("          ", "line_position", "Float", "8");
+          fixed("/x", "Float", unique);
+  const auto shape = std::ranges::find_if(fields_, &FieldInfo::position);  // of the line, as a rule
+  if (shape != fields_.end()) {
+    grid += slab(*shape);
+  }
   // VTK's Xdmf3 readers crash on points of two coordinates.
-  grid += part("          ", "0 2 1 1 " + nodes + " 1", nodes + " 3", "\"Float\" Precision=\"8\"", zeros_);
+  grid += part(nodes, "0 2 1 1 " + nodes + " 1", nodes + " 3", "\"Float\" Precision=\"8\"", zeros_);
   grid += "        </Geometry>\n";
-  grid += attribute("moment", "Float", "8");
-  grid += attribute("mass_position", "Float", "8");
-  grid += attribute("mass_velocity", "Float", "8");
-  grid += attribute("resting", "UChar", "1");
+  for (auto field = fields_.begin(); field != fields_.end(); ++field) {
+    if (field != shape) {
+      grid += attribute(*field);
+    }
+  }
   grid += "      </Grid>\n";
   file_->append(grid, kFooter);
   ++rows_;

@@ -52,7 +52,8 @@ class Samples final : public Observer {
   Samples(double interval, std::vector<double>& positions) : interval_{interval}, positions_{&positions} {}
   [[nodiscard]] double interval() const override { return interval_; }
   void snapshot(const Snapshot& state) override {
-    positions_->insert(positions_->end(), state.mass_position.begin(), state.mass_position.end());
+    const std::span<const double> now = state.values("mass_position");
+    positions_->insert(positions_->end(), now.begin(), now.end());
   }
 
  private:

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "timing.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/io/results_file.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/beam_chain.hpp"
@@ -73,23 +74,24 @@ inline void output(const BeamChain& beam, const std::string& directory, long rep
     const std::vector<double> field(count, 1.0);
     layout.mass = field;
     const std::vector<std::uint8_t> resting(count);
+    std::vector<Field> shown;
+    for (const FieldInfo& info : ImpactDynamics::fields()) {
+      shown.push_back(info.flag ? Field{info, std::span<const std::uint8_t>{resting}}
+                                : Field{info, std::span<const double>{field}});
+      layout.fields.push_back(info);
+    }
     io::ResultsFile results{layout, path};
     std::optional<PlainFile> plain;
     if (rank == 0) {
       plain.emplace(path + ".plain");
     }
-    const std::size_t bytes = static_cast<std::size_t>(beam.nodes()) * (4 * sizeof(double) + 1);
+    std::size_t bytes = 0;
+    for (const FieldInfo& info : layout.fields) {
+      bytes += info.rows ? static_cast<std::size_t>(beam.nodes()) * info.bytes() : 0;
+    }
     double time = 0.0;
     Timed fields{.body = [&] {
-      results.append_fields({.time = time += 1.0,
-                             .mass_position = field,
-                             .mass_velocity = field,
-                             .line_position = field,
-                             .moment = field,
-                             .resting = resting,
-                             .energy = {},
-                             .shear = {},
-                             .support_impulse = {}});
+      results.append_fields({.time = time += 1.0, .fields = shown, .energy = {}, .support_impulse = {}});
     }};
     Timed one{.body = [&] {
       if (plain) {

@@ -61,15 +61,18 @@ class Sampler final : public Observer {
   [[nodiscard]] double interval() const override { return interval_; }
 
   void snapshot(const Snapshot& state) override {
+    const std::span<const double> position = state.values("mass_position");
+    const std::span<const double> velocity = state.values("mass_velocity");
+    const std::span<const double> line = state.values("line_position");
     std::vector<double> sums(4 + gauge_.size());
     for (std::size_t i = 0; i < mass_.size(); ++i) {
-      sums[0] += mass_[i] * state.mass_position[i];
-      sums[1] += mass_[i] * state.mass_velocity[i];
-      sums[2] += mass_[i] * state.line_position[i];
-      sums[3] += mass_[i] * x_[i] * state.line_position[i];
+      sums[0] += mass_[i] * position[i];
+      sums[1] += mass_[i] * velocity[i];
+      sums[2] += mass_[i] * line[i];
+      sums[3] += mass_[i] * x_[i] * line[i];
     }
     for (std::size_t g = 0; g < gauge_.size(); ++g) {
-      sums[4 + g] = gauge_[g] >= 0 ? state.line_position[static_cast<std::size_t>(gauge_[g])] : 0.0;
+      sums[4 + g] = gauge_[g] >= 0 ? line[static_cast<std::size_t>(gauge_[g])] : 0.0;
     }
     MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
     Sample sample{.time = state.time,

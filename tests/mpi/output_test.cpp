@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "support/world.hpp"
+#include "udar/filter/bending_fields.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/run_writers.hpp"
 #include "udar/io/summary.hpp"
@@ -134,6 +135,13 @@ NodeRange share(PetscInt total) {
   return {total * world_rank() / world_size(), total * (world_rank() + 1) / world_size(), total};
 }
 
+std::vector<FieldInfo> fields_of_a_beam() {
+  std::vector<FieldInfo> fields{kMotionFields.begin(), kMotionFields.end()};
+  fields.insert(fields.end(), kBendingFields.begin(), kBendingFields.end());
+  fields.push_back(kRestingField);
+  return fields;
+}
+
 RunLayout layout_of(PetscInt nodes) {
   RunLayout layout;
   layout.comm = PETSC_COMM_WORLD;
@@ -143,6 +151,9 @@ RunLayout layout_of(PetscInt nodes) {
     layout.x.push_back(0.5 * static_cast<double>(i));
   }
   layout.mass = layout.x;
+  layout.fields = fields_of_a_beam();
+  const std::vector<double> unknown(layout.x.size(), std::numeric_limits<double>::quiet_NaN());
+  layout.peaks = {{"stress", "Pa", "moment", unknown}, {"utilisation", "1", "moment", unknown}};
   layout.gauge_node = {nodes - 1, 0};
   layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
   layout.supports = {{1.0, 0.2, -0.1, 0.5, 1}, {2.0, 0.0, 0.3, 0.25, -1}};
@@ -160,9 +171,22 @@ double field_value(int quantity, int row, PetscInt node) {
 }
 std::uint8_t resting_value(int row, PetscInt node) { return (row + node) % 3 == 0 ? 1 : 0; }
 
+/// The fields of a beam with these values.
+std::vector<Field> fields_and_flags(const std::vector<std::span<const double>>& numbers,
+                                    std::span<const std::uint8_t> resting) {
+  std::vector<Field> shown;
+  for (const FieldInfo& info : fields_of_a_beam()) {
+    shown.push_back(info.flag ? Field{info, resting} : Field{info, numbers[shown.size()]});
+  }
+  return shown;
+}
+
 /// A state to be written, made of `field_value`.
 class State {
  public:
+  State(const State&) = delete;  // what is shown lies in it
+  State& operator=(const State&) = delete;
+  ~State() = default;
   State(const NodeRange& nodes, int row, double time) : time_{time} {
     for (PetscInt node = nodes.begin; node < nodes.end; ++node) {
       for (int quantity = 0; quantity < 4; ++quantity) {
@@ -177,17 +201,17 @@ class State {
       zone_.x_min = std::min(zone_.x_min, 0.5 * static_cast<double>(node));
       zone_.x_max = std::max(zone_.x_max, 0.5 * static_cast<double>(node));
     }
+    // The shear is the third once more.
+    shown_ = fields_and_flags({fields_[0], fields_[1], fields_[2], fields_[3], fields_[2]}, resting_);
     energy_ = {.kinetic = 2.0 + row, .load_potential = -1.0, .lost_in_impacts = 0.25, .initial = 1.0, .scale = 2.0};
   }
-  [[nodiscard]] Snapshot snapshot() const {
-    return {time_,    fields_[0], fields_[1], fields_[2],       fields_[3],
-            resting_, energy_,    fields_[2], support_impulse_, zone_};
-  }
+  [[nodiscard]] Snapshot snapshot() const { return {time_, shown_, energy_, support_impulse_, zone_}; }
 
  private:
   double time_;
   std::array<std::vector<double>, 4> fields_;
   std::vector<std::uint8_t> resting_;
+  std::vector<Field> shown_;
   EnergyLedger energy_;
   std::vector<double> support_impulse_;
   ContactZone zone_;
@@ -560,9 +584,10 @@ TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
   const std::vector<double> velocity(here ? 1 : 0, -huge);
   const std::vector<double> line(here ? 1 : 0, std::numeric_limits<double>::denorm_min());
   const std::vector<std::uint8_t> resting(here ? 1 : 0, 0);
+  const std::vector<Field> shown = fields_and_flags({position, velocity, line, position, line}, resting);
   for (const auto& writer : writers) {
     if (writer->interval() > 0.0) {
-      writer->snapshot({0.1, position, velocity, line, position, resting, {}, line, {}, {}});
+      writer->snapshot({0.1, shown, {}, {}, {}});
     }
   }
   finish(writers);
@@ -708,8 +733,8 @@ TEST(RunWriters, WriteOnlySumsOfManySupportsAsText) {
 TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(10);
-  layout.stress_per_moment.assign(layout.x.size(), 2.0);
-  BendingPeaks peaks{.stress = std::nullopt, .utilisation = Peak{}};
+  layout.peaks[0].factor.assign(layout.x.size(), 2.0);
+  Peaks peaks;
   MotionState kept;
   {
     const Writers before = make_run_writers(layout, folder.path(), kInterval, 0.0);
@@ -727,10 +752,10 @@ TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
     write_row(writers, layout.nodes, row);
   }
   finish(writers);
-  EXPECT_EQ(peaks.stress.value().value, 86.140625) << "of the last node, equal on every rank";
-  EXPECT_EQ(peaks.stress.value().x, 4.5);
-  EXPECT_EQ(peaks.stress.value().time, 4 * kInterval) << "in the run before";
-  EXPECT_FALSE(peaks.utilisation.has_value()) << "nothing is known of the yield stress";
+  EXPECT_EQ(peaks.at("stress").value, 86.140625) << "of the last node, equal on every rank";
+  EXPECT_EQ(peaks.at("stress").x, 4.5);
+  EXPECT_EQ(peaks.at("stress").time, 4 * kInterval) << "in the run before";
+  EXPECT_FALSE(peaks.contains("utilisation")) << "nothing is known of the yield stress";
   if (world_rank() == 0) {
     const std::vector<std::string> lines = read_lines(folder / "envelope.csv");
     ASSERT_EQ(lines.size(), 11U);
@@ -802,6 +827,69 @@ TEST(RunWriters, WriteEventsBeforeTheyFillTheMemory) {
     EXPECT_EQ(read_lines(folder / "impacts.csv").size(), 60001U);
   }
   finish(writers);
+}
+
+/// What a structure with more to tell does: two entries in its list of fields.
+TEST(Fields, ReachEveryFileByOneEntry) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(10);
+  layout.fields.push_back({.name = "torque", .unit = "N m", .extremes = true, .gauge = "torque"});
+  layout.fields.push_back({.name = "velocity", .unit = "m/s", .body = Body::masses, .components = 3});
+  {
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    for (int row = 0; row < 2; ++row) {
+      const State state{layout.nodes, row, kInterval * row};
+      std::vector<Field> shown{state.snapshot().fields.begin(), state.snapshot().fields.end()};
+      std::vector<double> torque;
+      std::vector<double> velocity;
+      for (PetscInt node = layout.nodes.begin; node < layout.nodes.end; ++node) {
+        torque.push_back(-field_value(5, row, node));
+        for (int component = 0; component < 3; ++component) {
+          velocity.push_back(field_value(6 + component, row, node));
+        }
+      }
+      shown.push_back({layout.fields[6], std::span<const double>{torque}});
+      shown.push_back({layout.fields[7], std::span<const double>{velocity}});
+      Snapshot snapshot = state.snapshot();
+      snapshot.fields = shown;
+      for (const auto& writer : writers) {
+        if (writer->interval() > 0.0) {
+          writer->snapshot(snapshot);
+        }
+      }
+    }
+    finish(writers);
+  }
+  if (world_rank() == 0) {
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.shape("/fields/torque"), (std::vector<hsize_t>{2, 10}));
+    EXPECT_EQ(file.doubles("/fields/torque")[13], -field_value(5, 1, 3));
+    EXPECT_EQ(file.shape("/fields/velocity"), (std::vector<hsize_t>{2, 10, 3}));
+    EXPECT_EQ(file.doubles("/fields/velocity")[3 * 13 + 2], field_value(8, 1, 3));
+    EXPECT_EQ(file.doubles("/envelope/torque_min")[3], -field_value(5, 1, 3));
+    EXPECT_EQ(read_lines(folder / "envelope.csv").at(0),
+              "node,x,moment_min,moment_max,shear_min,shear_max,torque_min,torque_max,stress_max,utilisation_max");
+    EXPECT_EQ(read_lines(folder / "gauges.csv").at(0),
+              "time,mass_0,velocity_0,line_0,torque_0,mass_1,velocity_1,line_1,torque_1");
+    const std::string xdmf = read_text(folder / "results.xdmf");
+    EXPECT_NE(xdmf.find("<Attribute Name=\"torque\" AttributeType=\"Scalar\" Center=\"Node\">"), std::string::npos);
+    EXPECT_NE(xdmf.find("<Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">"), std::string::npos);
+    EXPECT_NE(
+        xdmf.find("Dimensions=\"2 10 3\" NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">results.h5:/fields/"),
+        std::string::npos);
+    const SerialFile picture{folder / "results.vtkhdf"};
+    constexpr std::size_t kPoints = 10 + 10 + 3;
+    const std::vector<double> torque = picture.doubles("/VTKHDF/PointData/torque");
+    const std::vector<double> velocity = picture.doubles("/VTKHDF/PointData/velocity");
+    ASSERT_EQ(torque.size(), 2 * kPoints);
+    ASSERT_EQ(velocity.size(), 3 * torque.size());
+    EXPECT_EQ(torque[kPoints + 3], -field_value(5, 1, 3)) << "of the line";
+    EXPECT_TRUE(std::isnan(torque[kPoints + 13]));
+    EXPECT_EQ(velocity[3 * (kPoints + 13) + 1], field_value(7, 1, 3)) << "of the masses";
+    EXPECT_TRUE(std::isnan(velocity[3 * (kPoints + 3)]));
+    EXPECT_EQ(picture.integers("/VTKHDF/Steps/PointDataOffsets/velocity"),
+              (std::vector<std::int64_t>{0, static_cast<std::int64_t>(kPoints)}));
+  }
 }
 
 TEST(Xdmf, NamesOneRowOfTheFieldsPerTime) {

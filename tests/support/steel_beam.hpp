@@ -94,12 +94,16 @@ class Recorder final : public Observer {
   [[nodiscard]] double interval() const override { return interval_; }
   void snapshot(const Snapshot& state) override {
     times.push_back(state.time);
-    positions.emplace_back(state.mass_position.begin(), state.mass_position.end());
-    velocities.emplace_back(state.mass_velocity.begin(), state.mass_velocity.end());
-    lines.emplace_back(state.line_position.begin(), state.line_position.end());
+    const auto keep = [&state](std::vector<std::vector<double>>& all, const char* name) {
+      const std::span<const double> values = state.values(name);
+      all.emplace_back(values.begin(), values.end());
+    };
+    keep(positions, "mass_position");
+    keep(velocities, "mass_velocity");
+    keep(lines, "line_position");
+    keep(moments, "moment");
+    keep(shears, "shear");
     energies.push_back(state.energy);
-    moments.emplace_back(state.moment.begin(), state.moment.end());
-    shears.emplace_back(state.shear.begin(), state.shear.end());
     support_impulses.emplace_back(state.support_impulse.begin(), state.support_impulse.end());
     zones.push_back(state.zone);
   }

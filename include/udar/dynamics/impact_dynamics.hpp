@@ -65,6 +65,8 @@ class ImpactDynamics {
   [[nodiscard]] double streamed_bytes() const;
   [[nodiscard]] const ContactState& contact() const noexcept { return contact_; }
   [[nodiscard]] const EnergyLedger& energy() const noexcept { return ledger_; }  ///< at the last snapshot
+  /// What snapshots hold, in this order.
+  [[nodiscard]] static std::vector<FieldInfo> fields();
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].
   [[nodiscard]] MassState masses() const;
 
@@ -101,6 +103,7 @@ class ImpactDynamics {
   void emit_snapshots(double until);
   [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
   void snapshot(double time, double until);
+  [[nodiscard]] std::vector<Field> shown_fields() const;
   [[nodiscard]] double changing_load_work(double until) const;
   [[nodiscard]] double piece_begin(double time) const;
   void jump_loads(double begin);

@@ -7,16 +7,17 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "udar/motion/observer.hpp"
 
 namespace udar::io {
 
-/// First line of gauges.csv for so many gauges.
-[[nodiscard]] std::string gauge_header(std::size_t gauges);
+/// @brief First line of gauges.csv for so many gauges. @param[in] columns of each, "mass" for mass_0, mass_1, ...
+[[nodiscard]] std::string gauge_header(std::size_t gauges, std::span<const std::string_view> columns);
 /// @brief Rows of gauges.csv.
 /// @param[in] times  of the rows [s]
-/// @param[in] values row after row: mass position [m], velocity [m/s] and line position [m] of each gauge
+/// @param[in] values row after row: the columns of each gauge
 [[nodiscard]] std::string gauge_rows(std::span<const double> times, std::span<const double> values);
 
 [[nodiscard]] std::string energy_header();
@@ -44,18 +45,9 @@ constexpr std::size_t kSupportColumnsMax = 64;
 [[nodiscard]] std::string contact_rows(std::span<const ContactRow> rows, std::span<const double> force,
                                        std::span<const double> impulse);
 
-/// @brief One row of envelope.csv: extremes at a node and in the element to its right.
-struct EnvelopeRow {
-  PetscInt node = 0;
-  double x = 0.0;           ///< [m]
-  double moment_min = 0.0;  ///< [N m]
-  double moment_max = 0.0;
-  double shear_min = 0.0;  ///< [N]; not a number at the last node
-  double shear_max = 0.0;
-  double stress_max = 0.0;       ///< [Pa]; not a number where it is not known, as the next
-  double utilisation_max = 0.0;  ///< of the yield stress [-]
-};
-[[nodiscard]] std::string envelope_header();
-[[nodiscard]] std::string envelope_rows(std::span<const EnvelopeRow> rows);
+/// @param[in] columns "moment_min", ...; those before them are the point's number and place
+[[nodiscard]] std::string envelope_header(std::span<const std::string> columns);
+/// @param[in] values row after row, from point 0 on: its place [m], then as many values as the header has columns
+[[nodiscard]] std::string envelope_rows(std::size_t columns, std::span<const double> values);
 
 }  // namespace udar::io

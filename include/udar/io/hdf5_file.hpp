@@ -76,8 +76,9 @@ class Hdf5File {
   void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values);
 
   /// @brief A dataset that grows by rows of one value per node, in chunks of about 1 MiB.
-  /// @param[in] type HDF5's type of a value, in memory and in the file; copied
-  void add_rows(const std::string& name, hid_t type, PetscInt nodes);
+  /// @param[in] type       HDF5's type of a value, in memory and in the file; copied
+  /// @param[in] components values at a node, a third dimension if there are several
+  void add_rows(const std::string& name, hid_t type, PetscInt nodes, int components = 1);
   /// @brief A one-dimensional dataset that grows; for compound records, too.
   void add_records(const std::string& name, hid_t type);
   /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
@@ -130,6 +131,7 @@ class Hdf5File {
     hsize_t size = 0;        ///< of a value [bytes]
     hsize_t rows = 0;        ///< written
     hsize_t columns = 0;     ///< 0: one-dimensional
+    hsize_t components = 1;  ///< of a value in a column
     hsize_t chunk_rows = 0;  ///< rows of a chunk
     hsize_t chunks = 0;      ///< that make a row of chunks
     hsize_t chunk_bytes = 0;
@@ -139,7 +141,7 @@ class Hdf5File {
   void open();
   void set_transfer();
   void abandon() noexcept;
-  void add_growing(const std::string& name, hid_t type, hsize_t columns);
+  void add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components = 1);
   void add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value);
   void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
   void add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "udar/io/csv.hpp"
 #include "udar/io/layout.hpp"
@@ -14,6 +15,14 @@
 namespace udar::io {
 
 class Hdf5File;
+
+/// @brief What a run came to at each point or in each cell.
+struct EnvelopeColumn {
+  std::string name;  ///< "moment_min"
+  std::string unit;
+  Where where = Where::points;
+  std::span<const double> values{};  ///< one for each point of this rank; the last has no cell in the last of them
+};
 
 /// @brief The file results.h5. Fields go from each rank straight to the disk; no rank ever holds a whole field.
 ///
@@ -46,23 +55,32 @@ class ResultsFile {
   /// support [m], empty if none moves
   void append_contact(std::span<const ContactRow> rows, std::span<const double> force, std::span<const double> impulse,
                       std::span<const double> lift);
-  /// @brief Extremes of moment [N m] and shear [N] at this rank's nodes and in the elements to the right of them.
-  /// Largest bending stress [Pa] and utilisation [-] at the nodes; not a number where that is not known.
-  void add_envelope(std::span<const double> moment_min, std::span<const double> moment_max,
-                    std::span<const double> shear_min, std::span<const double> shear_max,
-                    std::span<const double> stress_max, std::span<const double> utilisation_max);
+  /// @brief Makes /envelope of these columns.
+  void add_envelope(std::span<const EnvelopeColumn> columns);
   /// Brings all rows to the disk.
   void flush();
   /// Rows of the fields that are there.
   [[nodiscard]] std::size_t field_rows_on_disk() const noexcept { return field_rows_on_disk_; }
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
   void close();
+  /// @name Of several that write into it, whoever leaves last closes it
+  /// @{
+  void join() noexcept { ++users_; }
+  void leave() {
+    if (--users_ == 0) {
+      close();
+    }
+  }
+  /// @}
 
  private:
   void flush_if_due();
 
   std::unique_ptr<Hdf5File> file_;
   NodeRange nodes_;
+  NodeRange cells_;
+  std::vector<FieldInfo> fields_;  ///< as snapshots have them
+  int users_ = 0;
   PetscInt supports_ = 0;
   bool first_rank_ = false;
   std::size_t field_rows_ = 0;

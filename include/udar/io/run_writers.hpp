@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "udar/io/bending_peaks.hpp"
 #include "udar/io/layout.hpp"
+#include "udar/io/peaks.hpp"
 #include "udar/io/support_forces.hpp"
 #include "udar/motion/observer.hpp"
 
@@ -21,16 +21,16 @@ namespace udar::io {
 /// who fills them; the last row also makes envelope.csv, for beams of up to 100 000 nodes.
 ///
 /// Tables reach the disk after 1, 2, 4, ... rows at first and every 256 rows later, events also when 65 536 of them
-/// wait; fields, and all of results.h5, within about a second. `flush` brings the rest to the disk, `finish` closes
-/// results.h5. A run that is killed leaves readable files that lack at most what came after the last of these.
+/// wait; fields, and all of results.h5, within about a second. `flush` brings the rest to the disk, the last `finish`
+/// closes results.h5. A run that is killed leaves readable files that lack at most what came after the last of these.
 /// @param[in] layout         what is written about; `layout.comm` must outlive the observers
 /// @param[in] directory      made ready by `prepare_run_directory`
 /// @param[in] interval       `-output_interval`, simulated time between rows of the tables [s], above 0
 /// @param[in] field_interval `-output_field_interval`, between rows of the fields [s]; 0 for no fields and no
 ///                           results.xdmf
 /// @param[in,out] forces     of the supports, made of the snapshots; must outlive the observers. Null: no contact.csv
-/// @param[out] bending       what the envelope comes to, known after `finish`; must outlive the observers, may be null
-/// @return the observers; call them in this order
+/// @param[out] peaks         what the envelope comes to, known after `finish`; must outlive the observers, may be null
+/// @return the observers; in any order, the same on every rank
 /// @note Collective, as all calls of the observers. The spans of a snapshot must have one value per node of the rank.
 /// @throws FileError on all ranks
 /// @see docs/output.md
@@ -38,6 +38,6 @@ namespace udar::io {
                                                                       const std::string& directory, double interval,
                                                                       double field_interval,
                                                                       SupportForces* forces = nullptr,
-                                                                      BendingPeaks* bending = nullptr);
+                                                                      Peaks* peaks = nullptr);
 
 }  // namespace udar::io

@@ -9,9 +9,10 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "udar/io/bending_peaks.hpp"
+#include "udar/io/peaks.hpp"
 
 namespace udar::io {
 
@@ -42,21 +43,22 @@ struct Summary {
   PetscInt impacts = 0;
   PetscInt rests = 0;
   PetscInt releases = 0;
-  std::optional<double> first_contact_time;    ///< [s]; empty without contact
-  std::optional<double> last_contact_time;     ///< [s]
-  std::optional<double> min_line_gap;          ///< smallest distance of the line from a support [m]; empty without any
-  std::optional<double> min_line_gap_x;        ///< where [m]
-  std::optional<double> min_line_gap_time;     ///< when [s]
-  std::vector<double> support_impulse;         ///< of each support on the masses, y up [N s]
-  std::optional<double> force_window;          ///< what forces of supports are averaged over [s]; empty without any
-  std::optional<double> peak_force_window;     ///< what the next are averaged over, no longer than that [s]
-  std::vector<double> peak_support_force;      ///< the mean force of largest size in the motion, y up [N]
-  BendingPeaks bending;                        ///< largest bending stress and utilisation
-  double energy_drift = 0.0;                   ///< at the end, relative
-  std::vector<std::string> warnings;           ///< what `petsc::warn` told the user, in order
-  std::vector<double> gauge_position;          ///< asked for [m]
-  std::vector<double> gauge_node_position;     ///< of the node it became [m]
-  std::map<std::string, double> wall_seconds;  ///< by stage of the run, largest over the ranks
+  std::optional<double> first_contact_time;  ///< [s]; empty without contact
+  std::optional<double> last_contact_time;   ///< [s]
+  std::optional<double> min_line_gap;        ///< smallest distance of the line from a support [m]; empty without any
+  std::optional<double> min_line_gap_x;      ///< where [m]
+  std::optional<double> min_line_gap_time;   ///< when [s]
+  std::vector<double> support_impulse;       ///< of each support on the masses, y up [N s]
+  std::optional<double> force_window;        ///< what forces of supports are averaged over [s]; empty without any
+  std::optional<double> peak_force_window;   ///< what the next are averaged over, no longer than that [s]
+  std::vector<double> peak_support_force;    ///< the mean force of largest size in the motion, y up [N]
+  /// Largest values by their keys, "max_bending_stress"; none where it is not known.
+  std::vector<std::pair<std::string, std::optional<Peak>>> peaks;
+  double energy_drift = 0.0;                        ///< at the end, relative
+  std::vector<std::string> warnings;                ///< what `petsc::warn` told the user, in order
+  std::vector<double> gauge_position;               ///< asked for [m]
+  std::vector<double> gauge_node_position;          ///< of the node it became [m]
+  std::map<std::string, double> wall_seconds;       ///< by stage of the run, largest over the ranks
   std::map<std::string, double> wall_seconds_mean;  ///< mean over the ranks
   std::map<std::string, double> own_seconds;        ///< of the stepping, without stages inside; mean over the ranks
   std::map<std::string, CommunicationCounts> communication;  ///< by stage, largest over the ranks

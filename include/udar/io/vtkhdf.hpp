@@ -14,9 +14,10 @@
 
 namespace udar::io {
 
-/// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line as a polyline, the
-/// masses as points, the supports as lines or points. Points stand at their place on the axis, a support at its height;
-/// the point data `displacement` [m] moves them to where they are.
+/// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line, as a polyline where
+/// the structure is one, the masses as points, the supports as lines or points. Points stand at their place on the
+/// axis, a support at its height; the point data `displacement` [m] moves them to where they are, and every field that
+/// has rows at the points is point data of its part.
 ///
 /// All that has a value per node is a virtual dataset: HDF5 takes it from results.h5 in the same folder.
 /// For the VTKHDF readers of VTK 9.3, ParaView 5.12 and later; earlier ones show the first row.
@@ -38,6 +39,8 @@ class VtkHdfFile {
   std::string path_;
   std::string results_;
   PetscInt nodes_;
+  Topology topology_;
+  std::vector<FieldInfo> fields_;
   std::vector<std::int64_t> support_sizes_;           ///< points of each
   std::vector<double> support_points_;                ///< x, y, z of all [m]
   std::vector<std::function<double(double)>> lifts_;  ///< of each support [m] at a time [s]; empty: it does not move

@@ -7,13 +7,16 @@
 
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "udar/io/layout.hpp"
 
 namespace udar::io {
 
 class TextFile;
 
-/// @brief The file results.xdmf: for each row of the fields the beam line as a polyline, with moment, mass position,
-/// mass velocity and resting on its nodes. The numbers stay in results.h5, of which it names the rows.
+/// @brief The file results.xdmf: for each row of the fields the line, with all other fields at the points, first those
+/// of the line, then those of the masses. The numbers stay in results.h5, of which it names the rows.
 /// For ParaView's "XDMF Reader"; its Xdmf3 readers do not read rows of datasets and show nothing.
 /// @note All calls are collective; rank 0 writes. The file is whole after each call.
 /// @see https://www.xdmf.org/index.php/XDMF_Model_and_Format
@@ -22,9 +25,8 @@ class XdmfFile {
   /// @param[in] path    the file to create
   /// @param[in] results name of the HDF5 file in the same folder
   /// @param[in] points  file and path of an array of points in the plane z = 0, at least as many as nodes
-  /// @param[in] nodes   over all ranks
   /// @throws FileError on all ranks
-  XdmfFile(MPI_Comm comm, const std::string& path, std::string results, std::string points, PetscInt nodes);
+  XdmfFile(const RunLayout& layout, const std::string& path, std::string results, std::string points);
   ~XdmfFile();
   XdmfFile(const XdmfFile&) = delete;
   XdmfFile& operator=(const XdmfFile&) = delete;
@@ -39,6 +41,8 @@ class XdmfFile {
   std::string results_;
   std::string zeros_;
   PetscInt nodes_;
+  Topology topology_;
+  std::vector<FieldInfo> fields_;  ///< those that have rows at the points
   PetscInt rows_ = 0;
 };
 

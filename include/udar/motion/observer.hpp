@@ -5,11 +5,14 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
 #include <string_view>
+
+#include "udar/structure/field.hpp"
 
 namespace udar {
 
@@ -56,18 +59,26 @@ struct ContactZone {
   double x_max = -std::numeric_limits<double>::infinity();  ///< rightmost [m]; minus infinity if there are none
 };
 
-/// @brief The state at one time; the spans hold this rank's nodes in order and live only during the call.
+/// @brief What the masses do and where the line is; the fields of a structure follow it.
+inline constexpr std::array kMotionFields{
+    FieldInfo{.name = "mass_position", .unit = "m", .body = Body::masses, .position = true, .gauge = "mass"},
+    FieldInfo{.name = "mass_velocity", .unit = "m/s", .body = Body::masses, .gauge = "velocity"},
+    FieldInfo{.name = "line_position", .unit = "m", .position = true, .gauge = "line"}};
+/// @brief 1 where the mass rests on a support, or the line presses on one; the last of the fields.
+inline constexpr FieldInfo kRestingField{.name = "resting", .unit = "1", .body = Body::masses, .flag = true};
+
+/// @brief The state at one time; the spans hold this rank's points in order and live only during the call.
 struct Snapshot {
   double time = 0.0;                        ///< [s]
-  std::span<const double> mass_position;    ///< Ym [m]
-  std::span<const double> mass_velocity;    ///< Vm [m/s]
-  std::span<const double> line_position;    ///< Yc [m]
-  std::span<const double> moment;           ///< bending moment EI w'' [N m]
-  std::span<const std::uint8_t> resting;    ///< 1 where the mass rests on a support
+  std::span<const Field> fields;            ///< the same in the same order in every snapshot of a run
   EnergyLedger energy;                      ///< [J], whole structure
-  std::span<const double> shear;            ///< dM/dx in the element right of each node [N]; 0 where there is none
   std::span<const double> support_impulse;  ///< of each support on the masses since t = 0 [N s], y up, all ranks
   ContactZone zone{};                       ///< since the listener's last snapshot, this rank's masses
+
+  /// @brief A field by its name: "mass_position", "moment", ... @throws std::out_of_range if there is none
+  [[nodiscard]] std::span<const double> values(std::string_view name) const {
+    return find_field(fields, name).numbers();
+  }
 };
 
 /// @brief One mass hitting one support.

@@ -1,0 +1,63 @@
+#pragma once
+/// @file
+/// What a run shows of a structure, as data: who computes a quantity declares it once, files and pictures take whatever
+/// is there.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <variant>
+
+namespace udar {
+
+/// @brief What a field belongs to: the structure's massless elastic line, or the masses on their filter springs.
+enum class Body : std::uint8_t { line, masses };
+
+/// @brief Where a field has its values: at the points, or in the cells between them.
+enum class Where : std::uint8_t { points, cells };
+
+/// @brief What a quantity is; the same at every time of a run. Names and units are literals.
+struct FieldInfo {
+  std::string_view name;   ///< "moment": /fields/moment in results.h5, moment_min in envelope.csv
+  std::string_view unit;   ///< "N m"; "1" of a number
+  Body body = Body::line;  ///< which of the two it is shown on
+  Where where = Where::points;
+  int components = 1;           ///< values at a point, one behind the other
+  bool flag = false;            ///< the values are bytes, 0 or 1
+  bool position = false;        ///< the height of the body's points [m]: pictures show the points there
+  bool rows = true;             ///< written over time
+  bool extremes = false;        ///< of one component: its least and largest value at each place go to the envelope
+  std::string_view gauge = {};  ///< its columns in gauges.csv, "mass" for mass_0, mass_1, ...; empty: none
+
+  [[nodiscard]] std::size_t bytes() const noexcept {
+    return static_cast<std::size_t>(components) * (flag ? 1 : sizeof(double));
+  }
+};
+
+/// @brief A quantity at one time: `components` values for each point of this rank in order. Cells stand with the point
+/// to their left; a point without one has a value of no meaning.
+struct Field : FieldInfo {
+  std::variant<std::span<const double>, std::span<const std::uint8_t>> values;
+
+  [[nodiscard]] std::span<const double> numbers() const { return std::get<std::span<const double>>(values); }
+  [[nodiscard]] std::span<const std::uint8_t> flags() const { return std::get<std::span<const std::uint8_t>>(values); }
+  [[nodiscard]] const void* data() const noexcept {
+    return flag ? static_cast<const void*>(std::get_if<1>(&values)->data()) : std::get_if<0>(&values)->data();
+  }
+};
+
+/// @brief The field of that name. @throws std::out_of_range naming it if there is none
+[[nodiscard]] const Field& find_field(std::span<const Field> fields, std::string_view name);
+
+/// @brief How the points of a structure hang together, for pictures of it.
+struct Topology {
+  enum class Cells : std::uint8_t {
+    polyline,  ///< one line through all points in their order; its pieces are the cells of a field
+    vertices,  ///< each point for itself
+  };
+  std::string_view name = "beam";
+  Cells cells = Cells::polyline;
+};
+
+}  // namespace udar

@@ -1,0 +1,210 @@
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "io/event_order.hpp"
+#include "io/text_file.hpp"
+#include "io/writers.hpp"
+#include "udar/io/csv.hpp"
+#include "udar/motion/motion_state.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::io {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// The least and the largest values of one field so far, and when they were first reached [s].
+struct Extremes {
+  FieldInfo field;
+  std::size_t index = 0;  ///< in the snapshots
+  std::array<std::vector<double>, 2> value;
+  std::array<std::vector<double>, 2> time;
+
+  Extremes(const FieldInfo& of, std::size_t number, std::size_t points) : field{of}, index{number} {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    value[0].assign(points, kNone);
+    value[1].assign(points, -kNone);
+    time.fill(std::vector<double>(points, 0.0));
+  }
+
+  [[nodiscard]] std::string name(std::size_t side) const {
+    return std::string{field.name} + (side == 0 ? "_min" : "_max");
+  }
+
+  void widen(double now, std::span<const double> values) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (values[i] < value[0][i]) {
+        value[0][i] = values[i];
+        time[0][i] = now;
+      }
+      if (values[i] > value[1][i]) {
+        value[1][i] = values[i];
+        time[1][i] = now;
+      }
+    }
+  }
+
+  /// Which side of a point has the larger size.
+  [[nodiscard]] std::size_t larger(std::size_t i) const {
+    return std::abs(value[0][i]) > std::abs(value[1][i]) ? 0 : 1;
+  }
+};
+
+/// The extremes of all snapshots, kept by the rank that has the node.
+class EnvelopeWriter final : public Observer {
+ public:
+  EnvelopeWriter(const RunLayout& layout, std::string path, const std::shared_ptr<ResultsFile>& results,
+                 double interval, Peaks* peaks)
+      : comm_{layout.comm},
+        nodes_{layout.nodes},
+        cells_{layout.cells()},
+        x_{layout.x},
+        scaled_{layout.peaks},
+        path_{std::move(path)},
+        results_{results},
+        interval_{interval},
+        peaks_{peaks} {
+    for (std::size_t i = 0; i < layout.fields.size(); ++i) {
+      if (layout.fields[i].extremes) {
+        extremes_.emplace_back(layout.fields[i], i, x_.size());
+      }
+    }
+  }
+
+  [[nodiscard]] double interval() const override { return interval_; }
+
+  void snapshot(const Snapshot& state) override {
+    for (Extremes& extremes : extremes_) {
+      extremes.widen(state.time, state.fields[extremes.index].numbers());
+    }
+  }
+
+  void save(MotionState& state) const override {
+    for (const Extremes& extremes : extremes_) {
+      for (const std::size_t side : {0U, 1U}) {
+        state.fields[extremes.name(side)] = extremes.value[side];
+        state.fields[extremes.name(side) + "_time"] = extremes.time[side];
+      }
+    }
+  }
+  void restore(const MotionState& state) override {
+    for (Extremes& extremes : extremes_) {
+      for (const std::size_t side : {0U, 1U}) {
+        extremes.value[side] = state.field(extremes.name(side), x_.size());
+        extremes.time[side] = state.field(extremes.name(side) + "_time", x_.size());
+      }
+    }
+  }
+
+  void finish() override {
+    std::vector<EnvelopeColumn> columns;
+    for (const Extremes& extremes : extremes_) {
+      for (const std::size_t side : {0U, 1U}) {
+        columns.push_back({.name = extremes.name(side),
+                           .unit = std::string{extremes.field.unit},
+                           .where = extremes.field.where,
+                           .values = extremes.value[side]});
+      }
+    }
+    std::vector<std::vector<double>> scaled;
+    scaled.reserve(scaled_.size());  // columns look into them
+    for (const ScaledPeak& peak : scaled_) {
+      const Extremes& of = extremes_of(peak.field);
+      scaled.push_back(scaled_sizes(peak, of));
+      columns.push_back({.name = peak.name + "_max", .unit = peak.unit, .values = scaled.back()});
+      if (peaks_ != nullptr) {
+        if (const std::optional<Peak> most = largest(scaled.back(), of)) {
+          (*peaks_)[peak.name] = *most;
+        }
+      }
+    }
+    results_->add_envelope(columns);
+    if (nodes_.total <= kTextNodesMax) {
+      write_text(columns);
+    }
+    results_.leave();
+  }
+
+ private:
+  static constexpr PetscInt kTextNodesMax = 100'000;
+
+  [[nodiscard]] const Extremes& extremes_of(const std::string& field) const {
+    for (const Extremes& extremes : extremes_) {
+      if (extremes.field.name == field) {
+        return extremes;
+      }
+    }
+    throw std::out_of_range{"there are no extremes of '" + field + "'"};
+  }
+
+  [[nodiscard]] std::vector<double> scaled_sizes(const ScaledPeak& peak, const Extremes& of) const {
+    std::vector<double> values(x_.size());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = peak.factor[i] * std::abs(of.value[of.larger(i)][i]);
+    }
+    return values;
+  }
+
+  void write_text(std::span<const EnvelopeColumn> columns) const {
+    std::vector<double> rows;
+    rows.reserve(x_.size() * (columns.size() + 1));
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      rows.push_back(x_[i]);
+      for (const EnvelopeColumn& column : columns) {
+        const bool there = column.where == Where::points || i < static_cast<std::size_t>(cells_.count());
+        rows.push_back(there ? column.values[i] : kUnknown);
+      }
+    }
+    std::vector<std::string> names;
+    for (const EnvelopeColumn& column : columns) {
+      names.push_back(column.name);
+    }
+    TextFile file{comm_, path_};
+    file.append(envelope_header(names) + envelope_rows(columns.size(), gathered(comm_, rows)));
+    file.sync();
+  }
+
+  /// The largest of all ranks' values that are known. @note Collective.
+  [[nodiscard]] std::optional<Peak> largest(std::span<const double> values, const Extremes& of) const {
+    struct {
+      double value = -1.0;
+      int rank = 0;
+    } most;
+    MPI_Comm_rank(comm_, &most.rank);
+    Peak peak;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (values[i] > most.value) {  // false where it is not known
+        most.value = values[i];
+        peak = {.value = values[i], .x = x_[i], .time = of.time[of.larger(i)][i]};
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_);
+    MPI_Bcast(&peak, 3, MPI_DOUBLE, most.rank, comm_);
+    return most.value >= 0.0 ? std::optional{peak} : std::nullopt;
+  }
+
+  MPI_Comm comm_;
+  NodeRange nodes_;
+  NodeRange cells_;
+  std::vector<double> x_;
+  std::vector<ScaledPeak> scaled_;
+  std::string path_;
+  SharedResults results_;
+  double interval_;
+  Peaks* peaks_;
+  std::vector<Extremes> extremes_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_envelope_writer(const RunLayout& layout, const std::string& folder,
+                                               const std::shared_ptr<ResultsFile>& results, double interval,
+                                               Peaks* peaks) {
+  return std::make_unique<EnvelopeWriter>(layout, folder + "envelope.csv", results, interval, peaks);
+}
+
+}  // namespace udar::io
