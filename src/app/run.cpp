@@ -381,7 +381,7 @@ std::string failure_of(MPI_Comm comm, const std::function<void()>& body) {
   try {
     body();
   } catch (const std::exception& error) {
-    failure = error.what();
+    failure = petsc::with_option_keys(error.what());
   }
   if (!failure.empty()) {
     // All ranks fail together, or this one is alone and the others wait for it in some collective: find out.
@@ -440,7 +440,7 @@ int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Com
     }
   } catch (const std::exception& error) {  // an options file that cannot be used: the same on every rank
     if (petsc::Session::on_first_rank()) {
-      std::fprintf(stderr, "udar: error: %s\n", error.what());
+      std::fprintf(stderr, "udar: error: %s\n", petsc::with_option_keys(error.what()).c_str());
     }
     code = 1;
   }

@@ -41,10 +41,9 @@ constexpr double kSoftest = 1e9;
 const LineData& data_of(FilteredStructure& line) {
   const LineData* data = composed_line(line.op());
   if (line.chain() == nullptr || data == nullptr) {
-    throw InputError{
-        "option -contact_line_dense_max: so many contact nodes need the chain solver, and this line has none (" +
-        (line.block_form_reason().empty() ? std::string{"-filter_pc_type"} : line.block_form_reason()) +
-        "); raise it, or choose narrower supports, fewer elements, or -contact_surface mass"};
+    throw InputError{"contact line dense max: so many contact nodes need the chain solver, and this line has none (" +
+                     (line.block_form_reason().empty() ? std::string{"-filter_pc_type"} : line.block_form_reason()) +
+                     "); raise it, or choose narrower supports, fewer elements, or `contact surface` mass"};
   }
   return *data;
 }
@@ -209,7 +208,7 @@ void ObstacleForces::create_optimizer() {
   TaoType type = nullptr;
   UDAR_CALL(TaoGetType(optimizer_, &type));
   if (std::string_view{type} != TAOBQPIP) {
-    throw InputError{"option -contact_tao_type: '" + std::string{type} +
+    throw InputError{"contact tao type: '" + std::string{type} +
                      "' is not allowed, expected " TAOBQPIP
                      ": the iteration ends by the dual variables of an interior point method, and the solves it asks "
                      "for are made for that one"};
@@ -405,7 +404,7 @@ bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force)
   const std::string failure = check(gap, force);
   if (!failure.empty()) {
     throw SolveError{"contact on the line: the forces of many nodes were not found (" + failure +
-                     "; see -contact_tao_monitor, -contact_line_dense_max)"};
+                     "; see -contact_tao_monitor, `contact line dense max`)"};
   }
   return true;
 }

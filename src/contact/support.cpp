@@ -9,10 +9,10 @@
 namespace udar {
 namespace {
 
-void require(bool condition, const char* option, double value, const std::string& expected) {
+void require(bool condition, const char* quantity, double value, const std::string& expected) {
   if (!condition) {
     std::ostringstream message;
-    message << "option " << option << ": " << value << " is not allowed, expected " << expected;
+    message << quantity << ": " << value << " is not allowed, expected " << expected;
     throw InputError{message.str()};
   }
 }
@@ -34,24 +34,24 @@ std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vect
   std::vector<ContactSet> runs;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
-    require_on_beam("-support_position", support.position, beam.length());
-    require(support.width >= 0.0, "-support_width", support.width, "a number >= 0 [m]");
-    require(std::isfinite(support.height), "-support_height", support.height, "a finite number [m]");
-    require(support.restitution >= 0.0 && support.restitution <= 1.0, "-contact_restitution", support.restitution,
+    require_on_beam("support position", support.position, beam.length());
+    require(support.width >= 0.0, "support width", support.width, "a number >= 0 [m]");
+    require(std::isfinite(support.height), "support height", support.height, "a finite number [m]");
+    require(support.restitution >= 0.0 && support.restitution <= 1.0, "contact restitution", support.restitution,
             "a number from 0 to 1");
-    require(support.yield_speed > 0.0, "-support_yield_speed", support.yield_speed, "a number > 0 or inf [m/s]");
+    require(support.yield_speed > 0.0, "support yield speed", support.yield_speed, "a number > 0 or inf [m/s]");
     const BeamChain::NodeRange touched = touched_nodes(beam, support);
     const auto [first, last] = touched;
-    require(first <= last, "-support_width", support.width,
+    require(first <= last, "support width", support.width,
             "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
-    require(support.stiffness > 0.0, "-support_stiffness", support.stiffness, "a number > 0 or inf [N/m]");
-    require(support.damping >= 0.0 && std::isfinite(support.damping), "-support_damping", support.damping,
+    require(support.stiffness > 0.0, "support stiffness", support.stiffness, "a number > 0 or inf [N/m]");
+    require(support.damping >= 0.0 && std::isfinite(support.damping), "support damping", support.damping,
             "a number >= 0 [N s/m]");
     for (std::size_t other = 0; other < index; ++other) {
       const bool plain = !support.motion && !support.elastic() && !supports[other].motion && !supports[other].elastic();
       const auto nodes = touched_nodes(beam, supports[other]);
       require(plain || support.side != supports[other].side || nodes.last < first || last < nodes.first,
-              "-support_position", support.position,
+              "support position", support.position,
               "no other support on its side at its nodes, as one of them moves or gives way; floor and ground count");
     }
     const double carried = support.elastic() ? beam.mass_of(touched) : 1.0;

@@ -61,7 +61,7 @@ SupportMotion::SupportMotion(std::vector<double> time, std::vector<double> heigh
   if (time_.size() < 2 || height_.size() != time_.size() || (!velocity_.empty() && velocity_.size() != time_.size()) ||
       std::ranges::adjacent_find(time_, std::ranges::greater_equal{}) != time_.end()) {
     throw InputError{
-        "option -support_motion: the motion of a support needs at least two rows of time [s], strictly ascending, and "
+        "support motion: the motion of a support needs at least two rows of time [s], strictly ascending, and "
         "height [m]"};
   }
   if (velocity_.empty()) {
@@ -78,8 +78,8 @@ void SupportMotion::refuse_speeds() const {
     const double speed = std::abs(height_[i + 1] - height_[i]) / (time_[i + 1] - time_[i]);
     if (!(std::max({speed, std::abs(velocity_[i]), std::abs(velocity_[i + 1])}) < kSpeedOfLight)) {
       std::ostringstream message;
-      message << "option -support_motion: rows " << i + 1 << " and " << i + 2 << " of numbers (t = " << time_[i]
-              << " s, " << time_[i + 1] - time_[i] << " s apart) are not allowed: the support would move by "
+      message << "support motion: rows " << i + 1 << " and " << i + 2 << " of numbers (t = " << time_[i] << " s, "
+              << time_[i + 1] - time_[i] << " s apart) are not allowed: the support would move by "
               << std::max({speed, std::abs(velocity_[i]), std::abs(velocity_[i + 1])})
               << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
       throw InputError{message.str()};
@@ -96,7 +96,7 @@ void SupportMotion::refuse_overshoot() const {
     if (!(beyond <= highest - lowest)) {
       const std::size_t row = std::abs(velocity_[i]) > std::abs(velocity_[i + 1]) ? i : i + 1;
       std::ostringstream message;
-      message << "option -support_motion: a velocity of " << velocity_[row] << " m/s in row " << row + 1
+      message << "support motion: a velocity of " << velocity_[row] << " m/s in row " << row + 1
               << " of numbers (t = " << time_[row] << " s) is not allowed: between rows " << i + 1 << " and " << i + 2
               << " it carries the support " << beyond << " m beyond their heights, expected at most "
               << highest - lowest
@@ -151,7 +151,7 @@ void SupportMotion::require_smooth(double end) const {
   const bool stops = time_.back() < end && velocity_.back() != 0.0;
   if (starts || stops) {
     std::ostringstream message;
-    message << "option -support_motion: a velocity of " << (starts ? velocity_.front() : velocity_.back())
+    message << "support motion: a velocity of " << (starts ? velocity_.front() : velocity_.back())
             << " m/s at t = " << (starts ? time_.front() : time_.back()) << " s is not allowed in the "
             << (starts ? "first" : "last")
             << " row, expected 0 or rows from t = 0 to -ts_max_time: beside its rows the support stands still [s]";

@@ -130,15 +130,14 @@ void ImpactDynamics::refuse_overlap(const MassState& masses) const {
         const Support& support = contact_.supports()[static_cast<std::size_t>(run.support)];
         const bool floor = std::isinf(support.width);
         std::ostringstream message;
-        message << "option "
-                << (!support.profile.x.empty() ? "-ground_profile"
-                    : floor                    ? "-floor_height"
-                                               : "-support_height")
+        message << (!support.profile.x.empty() ? "ground profile"
+                    : floor                    ? "floor height"
+                                               : "support height")
                 << ": " << height << " is not allowed, "
                 << (floor ? "the ground" : "support " + std::to_string(run.support))
                 << " overlaps the beam at the start, by " << -gap
                 << " m at x = " << beam.position(beam.begin() + static_cast<PetscInt>(node))
-                << " m; expected a height on its own side of the beam (-initial_height) [m]";
+                << " m; expected a height on its own side of the beam (`initial height`) [m]";
         overlap = message.str();
       }
     }
@@ -166,20 +165,20 @@ TSType ImpactDynamics::default_type() const {
 
 /// What supports can do to masses alone.
 void ImpactDynamics::refuse_on_line(const Support& support) const {
-  const std::string where{" -contact_surface line or -filter_frequency none"};
+  const std::string where{" `contact surface` line or `filter frequency` none"};
   if (support.yield_speed < kNever) {
-    throw InputError{"option -support_yield_speed: masses meet supports that yield; not allowed with" + where};
+    throw InputError{"support yield speed: masses meet supports that yield; not allowed with" + where};
   }
   if (support.elastic() && support.damping > 0.0) {
     throw InputError{
-        "option -support_damping: a damper that holds the massless line moves by a rate of its own, which "
+        "support damping: a damper that holds the massless line moves by a rate of its own, which "
         "no mass has; expected 0 with" +
         where + " [N s/m]"};
   }
   if (support.elastic() && equations_->line().parameters().unfiltered) {
     throw InputError{
-        "option -support_stiffness: springs act by the place of the beam, and -ts_type moreau holds it by Newton's law "
-        "of velocities; not allowed with -filter_frequency none, expected inf [N/m]"};
+        "support stiffness: springs act by the place of the beam, and `ts type` moreau holds it by Newton's law "
+        "of velocities; not allowed with `filter frequency` none, expected inf [N/m]"};
   }
 }
 
@@ -191,12 +190,12 @@ void ImpactDynamics::refuse_supports() const {
   const Damping& damping = equations_->damping();
   if (contact_.runs_on_line() && damping.stiffness > 0.0) {
     throw InputError{
-        "option -damping_stiffness: not allowed with -contact_surface line or -filter_frequency none, expected 0 [s]: "
+        "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "
         "the rate of the line, by which it pulls, jumps where the line is held"};
   }
   if (damping.any() && (name == kTsChebyshev || name == kTsMoreau)) {
-    throw InputError{"option -ts_type: " + std::string{name} +
-                     " is not allowed with -damping_mass or -damping_stiffness, expected impact or rk: it "
+    throw InputError{"ts type: " + std::string{name} +
+                     " is not allowed with `damping mass` or `damping stiffness`, expected impact or rk: it "
                      "knows undamped motion alone"};
   }
   for (const Support& support : contact_.supports()) {
@@ -209,9 +208,9 @@ void ImpactDynamics::refuse_supports() const {
     if (!support.motion && !support.elastic()) {
       continue;
     }
-    const std::string option = support.motion ? "-support_motion" : "-support_stiffness";
+    const std::string option = support.motion ? "`support motion`" : "`support stiffness`";
     if (name == kTsChebyshev) {
-      throw InputError{"option -ts_type: chebyshev is not allowed with " + option +
+      throw InputError{"ts type: chebyshev is not allowed with " + option +
                        ", expected impact or rk: its "
                        "series know one constant matrix and forces linear in time, while " +
                        (support.motion ? "resting masses would be driven by the cubic motion of their support"
@@ -257,13 +256,12 @@ void ImpactDynamics::configure_stepper() {
   UDAR_CALL(TSSetSolution(ts_, state_));
   UDAR_CALL(TSGetMaxTime(ts_, &end_time_));
   if (!(end_time_ > 0.0) || !std::isfinite(end_time_)) {
-    throw InputError{"option -ts_max_time: " + std::to_string(end_time_) +
-                     " is not allowed, expected a number > 0 [s]"};
+    throw InputError{"ts max time: " + std::to_string(end_time_) + " is not allowed, expected a number > 0 [s]"};
   }
   refuse_supports();
   stepper_ = integrator_inside(ts_);
   if (equations_->line().parameters().unfiltered && (stepper_ == nullptr || !stepper_->fixed_step())) {
-    throw InputError{"option -ts_type: the unfiltered beam (-filter_frequency none) is integrated by moreau alone"};
+    throw InputError{"ts type: the unfiltered beam (`filter frequency` none) is integrated by moreau alone"};
   }
   if (stepper_ != nullptr) {
     UDAR_CALL(TSSetUp(ts_));
@@ -281,7 +279,7 @@ void ImpactDynamics::refuse_hops_without_length() const {
   const double least = 0.125 * pull * shortest * shortest;
   if (!(contact_.parameters().hop_tolerance >= least)) {
     std::ostringstream message;
-    message << "option -contact_tolerance: " << contact_.parameters().hop_tolerance
+    message << "contact tolerance: " << contact_.parameters().hop_tolerance
             << " is not allowed, expected a number >= " << least
             << " [m]: at the end of the run a lower hop is over within the last digits of the time";
     throw InputError{message.str()};
@@ -480,7 +478,7 @@ void ImpactDynamics::snapshot(double time, double until) {
   if (!(std::abs(now.drift()) <= kUnstable)) {
     throw SolveError{"the integration is unstable: the energy balance is off by " + std::to_string(now.drift()) +
                      " of the energy at t = " + std::to_string(time) +
-                     " s; steps must stay below about 1 / -filter_frequency (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
+                     " s; steps must stay below about 1 / `filter frequency` (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
   }
   if (!(taken >= -std::max(kDamperRounding, step_tolerance(ts_, problem_.scale)) * now.scale)) {
     throw SolveError{"dampers have given " + std::to_string(-taken) + " J before t = " + std::to_string(time) +
@@ -603,7 +601,7 @@ void ImpactDynamics::refuse_standstill(double time) {
   if (events_at_once_ > kMostEventsAtOnce) {
     throw SolveError{"contact does not settle at t = " + std::to_string(time) + " s after " +
                      std::to_string(kMostEventsAtOnce) +
-                     " events at one instant; raise -contact_tolerance or lower -ts_rtol"};
+                     " events at one instant; raise `contact tolerance` or lower -ts_rtol"};
   }
   const double least = kLeastStep / equations_->line().frequency_bound();
   if (time - time_ >= least) {
@@ -787,7 +785,7 @@ void ImpactDynamics::restore(const MotionState& state) {
   load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
   const auto impulses = state.tables.find("support_impulse");
   if (impulses == state.tables.end() || impulses->second.size() != contact_.supports().size()) {
-    throw InputError{"option -restart_file: it was written with another number of supports"};
+    throw InputError{"restart file: it was written with another number of supports"};
   }
   const std::vector<double>& resting = state.field("resting_on", count_);
   ContactCounts counts;

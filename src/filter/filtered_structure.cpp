@@ -102,7 +102,7 @@ FilteredStructure::FilteredStructure(const BeamChain& beam, const FilterParamete
       wf2_{parameters.filter_frequency * parameters.filter_frequency},
       frequency_bound_{parameters.filter_frequency} {
   if (!(parameters_.filter_frequency > 0.0) || !std::isfinite(parameters_.filter_frequency)) {
-    throw InputError{"option -filter_frequency: " + std::to_string(parameters_.filter_frequency) +
+    throw InputError{"filter frequency: " + std::to_string(parameters_.filter_frequency) +
                      " is not allowed, expected a number > 0 [rad/s]"};
   }
   const petsc::LogScope scope{petsc::log_events().assemble};
@@ -290,8 +290,7 @@ void FilteredStructure::configure_solver() {
   const std::string reason = block_form_reason();
   const bool chain = given == PETSC_TRUE ? std::string{kPcChain} == type.data() : reason.empty();
   if (chain && !reason.empty()) {
-    throw InputError{"option -filter_pc_type: chain cannot carry this line (" + reason +
-                     "), use lu, or leave the option out"};
+    throw InputError{"filter pc type: chain cannot carry this line (" + reason + "), use lu, or leave the option out"};
   }
   UDAR_CALL(register_pc_chain());
   UDAR_CALL(KSPCreate(beam_->comm(), solver_.put()));
@@ -564,8 +563,7 @@ void FilteredStructure::right_hand_side(const chain::Column& column) {
 
 void FilteredStructure::create_moment_solver() {
   if (parameters_.formulation != Formulation::mixed) {
-    throw InputError{
-        "option -beam_formulation: -filter_frequency none needs mixed, which has the moments of a given line"};
+    throw InputError{"beam formulation: `filter frequency` none needs mixed, which has the moments of a given line"};
   }
   // Every second unknown of the mixed form: -S, and 1 where a moment is known to be zero.
   petsc::Matrix pointwise;
@@ -677,7 +675,7 @@ void FilteredStructure::check_residual(const double* displacement) {
   const double error = bound > 0.0 ? meaning / bound : 0.0;
   if (!(error <= parameters_.residual_tolerance)) {
     throw SolveError{"the line solve is wrong: backward error " + std::to_string(error) +
-                     " exceeds -filter_residual_tolerance " + std::to_string(parameters_.residual_tolerance) +
+                     " exceeds `filter residual tolerance` " + std::to_string(parameters_.residual_tolerance) +
                      " although the solver reported success (see -filter_ksp_view)"};
   }
   worst_residual_ = std::max(worst_residual_, error);

@@ -48,7 +48,7 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
   const std::string_view name{type};
   if (name != TSRK && name != TSEULER && name != TSSSP) {
     throw InputError{
-        "option -ts_type: '" + std::string{name} +
+        "ts type: '" + std::string{name} +
         "' is not allowed, expected one of chebyshev, impact, rk, euler, ssp; the filtered motion is an explicit "
         "system Y' = f(t, Y) without Jacobian or splitting, which this integrator would need"};
   }
@@ -633,7 +633,7 @@ double LocatedSteps::end_step() {
   if (earliest[1] == 0.0) {
     throw SolveError{
         "the motion is no longer finite after t = " + std::to_string(start_.time) +
-        " s; the time step is too long for -filter_frequency (see -ts_dt, -ts_adapt_type) or a load is not finite"};
+        " s; the time step is too long for `filter frequency` (see -ts_dt, -ts_adapt_type) or a load is not finite"};
   }
   if (scale_.grow(-earliest[2], equations_->line().frequency_bound())) {
     set_absolute_tolerance();

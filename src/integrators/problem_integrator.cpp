@@ -37,7 +37,7 @@ void ProblemIntegrator::set_up(TS stepper) {
   if (problem == nullptr) {
     TSType type = nullptr;
     UDAR_CALL(TSGetType(stepper, &type));
-    throw InputError{std::string{"option -ts_type: '"} + type +
+    throw InputError{std::string{"ts type: '"} + type +
                      "' integrates the filtered motion of udar only, and no problem is composed with this TS; choose "
                      "another -ts_type"};
   }

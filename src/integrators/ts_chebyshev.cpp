@@ -39,7 +39,7 @@ class Chebyshev final : public ProblemIntegrator {
     constexpr PetscInt kFewest = 6;
     constexpr PetscInt kMost = 400;
     if (terms_max_ < kFewest || terms_max_ > kMost) {
-      throw InputError{"option -ts_chebyshev_terms_max: " + std::to_string(terms_max_) +
+      throw InputError{"ts chebyshev terms max: " + std::to_string(terms_max_) +
                        " is not allowed, expected an integer from 6 to 400"};
     }
     set_default_tolerance(stepper, kTolerance);
@@ -137,8 +137,8 @@ class Chebyshev final : public ProblemIntegrator {
   void prepare() override {
     if (equations_->line_contact() != nullptr) {
       throw InputError{
-          "option -ts_type: chebyshev propagates what is linear between impacts, and the line that supports hold "
-          "(-contact_surface line) is not; choose impact or rk"};
+          "ts type: chebyshev propagates what is linear between impacts, and the line that supports hold "
+          "(`contact surface` line) is not; choose impact or rk"};
     }
     motion_.emplace(equations_->line());
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);

@@ -49,12 +49,13 @@ constexpr double kLongestCut = 0.999;
 class Impact final : public ProblemIntegrator {
  public:
   void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
-    UDAR_CALL(PetscOptionsInt("-ts_impact_moments",
-                              "Legendre terms of the line's motion over a step; line solves a sweep; 5 by default on "
-                              "-contact_surface line",
-                              "TSIMPACT", moments_, &moments_, &moments_given_));
+    UDAR_CALL(
+        PetscOptionsInt("-ts_impact_moments",
+                        "Legendre terms of the line's motion over a step; line solves a sweep; 5 by default where "
+                        "supports touch the line",
+                        "TSIMPACT", moments_, &moments_, &moments_given_));
     if (moments_ < 2 || moments_ > static_cast<PetscInt>(kMostTerms)) {
-      throw InputError{"option -ts_impact_moments: " + std::to_string(moments_) +
+      throw InputError{"ts impact moments: " + std::to_string(moments_) +
                        " is not allowed, expected an integer from 2 to 5"};
     }
     set_default_tolerance(stepper, kTolerance);

@@ -79,7 +79,7 @@ class Moreau final : public ProblemIntegrator {
  private:
   void prepare() override {
     if (!equations_->line().parameters().unfiltered) {
-      throw InputError{"option -ts_type: moreau integrates the unfiltered beam; it needs -filter_frequency none"};
+      throw InputError{"ts type: moreau integrates the unfiltered beam; it needs `filter frequency` none"};
     }
     step_ = 2.0 / wf_;
     guess_.resize(count_);

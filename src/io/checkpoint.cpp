@@ -105,9 +105,8 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
 
 Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path) {
   const std::string failure = checksum_failure(comm, path);
-  throw_together<FileError>(comm,
-                            failure.empty() ? "" : "option -restart_file: cannot read '" + path + "': " + failure);
-  Hdf5File file{comm, path, Hdf5File::Access::read, "-restart_file"};
+  throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
+  Hdf5File file{comm, path, Hdf5File::Access::read, "restart file"};
   file.agree(file.has("/", "format") && file.read_text("/", "format") == kFormat, "not a checkpoint of udar");
   const std::int64_t version = file.read_int("/", "format_version");
   file.agree(version == kFormatVersion,

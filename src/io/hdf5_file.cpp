@@ -112,10 +112,10 @@ void wait_for_others(MPI_Comm comm, MPI_Request* request, const std::string& tex
 
 }  // namespace
 
-Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string option)
+Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string quantity)
     : comm_{comm},
       path_{std::move(path)},
-      option_{std::move(option)},
+      quantity_{std::move(quantity)},
       access_{access},
       exceptions_{std::uncaught_exceptions()} {
   MPI_Comm_rank(comm_, &rank_);
@@ -159,8 +159,7 @@ void Hdf5File::abandon() noexcept {
 }
 
 std::string Hdf5File::message(const std::string& reason) const {
-  return "option " + option_ + (access_ == Access::create ? ": cannot write '" : ": cannot read '") + path_ +
-         "': " + reason;
+  return quantity_ + (access_ == Access::create ? ": cannot write '" : ": cannot read '") + path_ + "': " + reason;
 }
 
 void Hdf5File::agree(bool ok, const std::string& reason) {

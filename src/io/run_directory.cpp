@@ -56,7 +56,7 @@ std::string prepare(const fs::path& folder, bool overwrite, const std::string& k
     for (const char* name : kSignsOfARun) {
       if (fs::exists(folder / name, error)) {
         return std::string{"already holds a run ("} + name +
-               "); give -output_overwrite to replace it, or another folder";
+               "); give `output overwrite` to replace it, or another folder";
       }
     }
     return "";
@@ -109,7 +109,7 @@ void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrit
   if (rank == 0) {
     failure = prepare(path, overwrite, keep);
   }
-  throw_together<FileError>(comm, failure.empty() ? "" : "option -output_directory: '" + path + "' " + failure);
+  throw_together<FileError>(comm, failure.empty() ? "" : "output directory: '" + path + "' " + failure);
 }
 
 }  // namespace udar::io

@@ -19,7 +19,7 @@ constexpr const char* kPeaks = "support_force_peak";
 const std::vector<double>& table(const MotionState& state, const char* name) {
   const auto found = state.tables.find(name);
   if (found == state.tables.end()) {
-    throw InputError{std::string{"option -restart_file: the table '"} + name + "' is missing"};
+    throw InputError{std::string{"restart file: the table '"} + name + "' is missing"};
   }
   return found->second;
 }

@@ -201,7 +201,7 @@ void broadcast(MPI_Comm comm, char* bytes, std::size_t count) {
 
 }  // namespace
 
-Table read_table(MPI_Comm comm, const std::string& option, const std::string& path, const Columns& columns) {
+Table read_table(MPI_Comm comm, const std::string& quantity, const std::string& path, const Columns& columns) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   Table table;
@@ -214,7 +214,7 @@ Table read_table(MPI_Comm comm, const std::string& option, const std::string& pa
         names += name + '\n';
       }
     } catch (const Complaint& complaint) {
-      failure = "option " + option + ": '" + path + "'" + complaint.text;
+      failure = quantity + ": '" + path + "'" + complaint.text;
     }
   }
   throw_together<FileError>(comm, failure);

@@ -28,7 +28,7 @@ void append_shortest(std::string& text, Number value) {
 }  // namespace
 
 std::string cannot_write(const std::string& path, const std::string& reason) {
-  return "option -output_directory: cannot write '" + path + "': " + reason;
+  return "output directory: cannot write '" + path + "': " + reason;
 }
 
 int write_fully(int descriptor, std::string_view text, std::int64_t offset) {

@@ -22,14 +22,14 @@ constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeri
 
 Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping)
     : line_{&line}, loads_{&loads}, damping_{damping} {
-  const auto require = [](const char* option, double value, const char* unit) {
+  const auto require = [](const char* quantity, double value, const char* unit) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
-      throw InputError{std::string{"option "} + option + ": " + std::to_string(value) +
+      throw InputError{std::string{quantity} + ": " + std::to_string(value) +
                        " is not allowed, expected a number >= 0 [" + unit + "]"};
     }
   };
-  require("-damping_mass", damping.mass, "1/s");
-  require("-damping_stiffness", damping.stiffness, "s");
+  require("damping mass", damping.mass, "1/s");
+  require("damping stiffness", damping.stiffness, "s");
   const BeamChain& beam = line.beam();
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   axis_.reserve(count);

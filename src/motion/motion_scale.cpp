@@ -141,12 +141,12 @@ void refuse_absurd(const BeamChain& beam, const MassState& masses, const Initial
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, beam.comm());
   std::ostringstream message;
   if (!(largest[0] < kSpeedOfLight)) {
-    message << "options -initial_velocity, -initial_angular_velocity, -initial_shape: a mass starts with " << largest[0]
+    message << "initial velocity, initial angular velocity, initial shape: a mass starts with " << largest[0]
             << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
     throw InputError{message.str()};
   }
   if (!(largest[1] <= kLengths * beam.length())) {
-    message << "option -initial_shape: an offset of " << largest[1] << " is not allowed, expected at most "
+    message << "initial shape: an offset of " << largest[1] << " is not allowed, expected at most "
             << kLengths * beam.length() << " [m], " << kLengths
             << " lengths of the beam: its theory is one of small slopes";
     throw InputError{message.str()};
@@ -193,15 +193,15 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
   constexpr double kShape = 1e-6;  // of its length
   const double furthest = kShape / kEpsilon * beam.length();
-  constexpr std::array<const char*, inputs> kOptions{"-initial_height", "-initial_shape", "-initial_velocity",
-                                                     "-support_height", "-gravity",       "-support_motion",
-                                                     "-load_table"};
+  constexpr std::array<const char*, inputs> kInputs{"initial height", "initial shape", "initial velocity",
+                                                    "support height", "gravity",       "support motion",
+                                                    "load table"};
   MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
   for (std::size_t i = 0; i < inputs; ++i) {
     if (!(largest[2 * i] <= furthest)) {
       std::ostringstream message;
-      message << "option " << kOptions[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most "
-              << furthest << " [m]: further away double precision does not resolve a millionth of the beam's length";
+      message << kInputs[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most " << furthest
+              << " [m]: further away double precision does not resolve a millionth of the beam's length";
       throw InputError{message.str()};
     }
     const bool place = i == height || i == supports;  // where something is, not how far it moves

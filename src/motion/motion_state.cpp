@@ -7,7 +7,7 @@ namespace udar {
 const std::vector<double>& MotionState::field(const std::string& name, std::size_t size) const {
   const auto found = fields.find(name);
   if (found == fields.end() || found->second.size() != size) {
-    throw InputError{"option -restart_file: the field '" + name + "' is missing or has another size"};
+    throw InputError{"restart file: the field '" + name + "' is missing or has another size"};
   }
   return found->second;
 }
@@ -15,7 +15,7 @@ const std::vector<double>& MotionState::field(const std::string& name, std::size
 double MotionState::scalar(const std::string& name) const {
   const auto found = scalars.find(name);
   if (found == scalars.end()) {
-    throw InputError{"option -restart_file: the value '" + name + "' is missing"};
+    throw InputError{"restart file: the value '" + name + "' is missing"};
   }
   return found->second;
 }

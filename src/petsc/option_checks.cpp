@@ -276,7 +276,52 @@ void refuse_forgotten_prefix(const std::string& key) {
   }
 }
 
+/// The key of a quantity, "-support_damping" of "support damping"; empty if there is none.
+std::string key_of(const std::string& quantity) {
+  std::string key = "-" + quantity;
+  std::ranges::replace(key, ' ', '_');
+  const bool petsc = key.starts_with("-ts_") || starts_with_any(key.substr(1), kSolverGroups);
+  const bool word = key.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789", 1) == std::string::npos;
+  return word && (petsc || known_keys().contains(key)) ? key : "";
+}
+
+/// "option -a" of "a", "options -a, -b" of "a, b"; empty if one of them has no key.
+std::string keys_of(const std::string& quantities) {
+  std::string keys;
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin <= quantities.size(); ++count) {
+    const std::size_t end = std::min(quantities.find(", ", begin), quantities.size());
+    const std::string key = key_of(quantities.substr(begin, end - begin));
+    if (key.empty()) {
+      return {};
+    }
+    keys += (count > 0 ? ", " : "") + key;
+    begin = end + 2;
+  }
+  return (count > 1 ? "options " : "option ") + keys;
+}
+
 }  // namespace
+
+std::string with_option_keys(const std::string& message) {
+  const std::size_t colon = message.find(':');
+  const std::string head = colon != std::string::npos ? keys_of(message.substr(0, colon)) : "";
+  std::string text = head.empty() ? message : head + message.substr(colon);
+  for (std::size_t begin = text.find('`'); begin != std::string::npos;) {
+    const std::size_t end = text.find('`', begin + 1);
+    if (end == std::string::npos) {
+      break;
+    }
+    const std::string key = key_of(text.substr(begin + 1, end - begin - 1));
+    if (key.empty()) {
+      begin = end;
+      continue;
+    }
+    text.replace(begin, end - begin + 1, key);
+    begin = text.find('`', begin + key.size());
+  }
+  return text;
+}
 
 std::set<std::string>& known_keys() {
   static std::set<std::string> keys{kPetscKeys.begin(), kPetscKeys.end()};

@@ -28,10 +28,10 @@ double BeamParameters::length() const {
   return sum;
 }
 
-void require_on_beam(const char* option, double position, double length) {
+void require_on_beam(const char* quantity, double position, double length) {
   if (!(std::abs(position - 0.5 * length) <= (0.5 + kEndTolerance) * length)) {
     std::ostringstream message;
-    message << "option " << option << ": " << position << " is not allowed, expected a number from 0 to " << length
+    message << quantity << ": " << position << " is not allowed, expected a number from 0 to " << length
             << " [m], on the beam";
     throw InputError{message.str()};
   }
@@ -61,25 +61,25 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
             "foundation stiffness must be >= 0 [N/m^2]");
     constexpr PetscInt kMost = std::numeric_limits<PetscInt>::max() / 2 - 1;
     require(segment.elements <= kMost - first_element_.back(),
-            "option -beam_elements: " + std::to_string(segment.elements) + " is not allowed, expected at most " +
+            "beam elements: " + std::to_string(segment.elements) + " is not allowed, expected at most " +
                 std::to_string(kMost) + " in all: two unknowns per node, and PETSc was built with indices of " +
                 std::to_string(8 * sizeof(PetscInt)) + " bits");
     first_element_.push_back(first_element_.back() + segment.elements);
     first_position_.push_back(first_position_.back() + segment.length);
     total_mass_ += segment.mass_per_length * segment.length;
   }
-  require(std::isfinite(first_position_.back()), "option -beam_length: the sum of all lengths must be finite [m]");
+  require(std::isfinite(first_position_.back()), "beam length: the sum of all lengths must be finite [m]");
   require(parameters_.tension >= 0.0 && std::isfinite(parameters_.tension), "tension must be >= 0 [N]");
   for (const PointMass& point : parameters_.point_masses) {
-    require_on_beam("-beam_point_mass_position", point.position, length());
+    require_on_beam("beam point mass position", point.position, length());
     require(point.mass >= 0.0 && std::isfinite(point.mass), "a point mass must be >= 0 [kg]");
     node_masses_.emplace_back(nearest_node(point.position), point.mass);
     total_mass_ += point.mass;
   }
-  require(std::isfinite(total_mass_), "option -beam_density: the mass of the beam must be finite [kg]");
+  require(std::isfinite(total_mass_), "beam density: the mass of the beam must be finite [kg]");
   std::ranges::sort(node_masses_);
   for (const LineSupport& support : parameters_.line_supports) {
-    require_on_beam("-beam_line_support_position", support.position, length());
+    require_on_beam("beam line support position", support.position, length());
     require(support.stiffness >= 0.0, "the stiffness of a line support must be >= 0 [N/m]");
     node_springs_.emplace_back(nearest_node(support.position), support.stiffness);
   }
@@ -90,7 +90,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   int size = 1;
   MPI_Comm_rank(comm_, &rank);
   MPI_Comm_size(comm_, &size);
-  require(static_cast<PetscInt>(size) <= nodes() / 2, "option -beam_elements: " + std::to_string(elements()) +
+  require(static_cast<PetscInt>(size) <= nodes() / 2, "beam elements: " + std::to_string(elements()) +
                                                           " elements cannot be dealt to " + std::to_string(size) +
                                                           " ranks; use at most one rank per two nodes");
   const PetscInt share = nodes() / size;
@@ -254,10 +254,10 @@ void BeamChain::cut_masses() {
       const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, middle);
       const BeamSegment& segment = parameters_.segments[static_cast<std::size_t>(after - first_position_.begin() - 1)];
       std::ostringstream message;
-      message << "option -beam_elements: " << segment.elements << " is not allowed, expected at least "
+      message << "beam elements: " << segment.elements << " is not allowed, expected at least "
               << std::ceil(2.0 * segment.length / space) << " on the " << segment.length
               << " m there: the mesh has no node for the mass from " << piece.from << " to " << piece.to
-              << " m, between edges of supports (or -support_weighting inclusive)";
+              << " m, between edges of supports (or `support weighting` inclusive)";
       throw InputError{message.str()};
     }
   }
@@ -265,7 +265,7 @@ void BeamChain::cut_masses() {
     for (const PetscInt node : {piece.nodes.first, piece.nodes.last}) {
       if (!(mass(node) > 0.0)) {
         std::ostringstream message;
-        message << "option -support_width: no mass is left for the node at " << position(node)
+        message << "support width: no mass is left for the node at " << position(node)
                 << " m beside the edge of a support there; move the edge off the end of the beam [m]";
         throw InputError{message.str()};
       }

@@ -23,11 +23,11 @@ Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>
     }
     if (load.time.empty() || load.time.size() != load.force.size() || !ascending) {
       throw InputError{
-          "option -load_table: the times [s] of a load table must be ascending, two equal ones for a jump, with a "
+          "load table: the times [s] of a load table must be ascending, two equal ones for a jump, with a "
           "force "
           "[N] each"};
     }
-    require_on_beam("-load_position", load.position, beam.length());
+    require_on_beam("load position", load.position, beam.length());
     kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
     time_dependent_ = time_dependent_ || load.time.size() > 1;
     for (const auto& [node, share] : beam.lever(load.position)) {

@@ -265,7 +265,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
         result["petsc_over_chain"] = entry["over_chain"];
       }
     } catch (const SolveError& failure) {
-      entry = {{"failed", failure.what()}};
+      entry = {{"failed", petsc::with_option_keys(failure.what())}};
     }
     result["petsc"][form.name] = entry;
   }

@@ -97,7 +97,7 @@ std::string refusal(const std::string& path, PetscInt nodes) {
 }
 
 std::string restart_error(const std::string& path, const std::string& reason) {
-  return "option -restart_file: cannot read '" + path + "': " + reason;
+  return "restart file: cannot read '" + path + "': " + reason;
 }
 
 constexpr const char* kNoChecksum = "not a checkpoint of this version of udar, or cut short: no checksum at its end";
@@ -162,7 +162,7 @@ TEST(Checkpoint, ThatDoesNotFitOnTheDiskLeavesTheOlderOne) {
       failure_of([&] { write_checkpoint(PETSC_COMM_WORLD, large, folder / "restart.h5", checkpoint_of(large)); });
   setrlimit(RLIMIT_FSIZE, &before);
 
-  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "restart.h5.tmp" + "': File too large");
+  EXPECT_EQ(message, "output directory: cannot write '" + folder / "restart.h5.tmp" + "': File too large");
   if (world_rank() == 0) {
     EXPECT_FALSE(fs::exists(folder / "restart.h5.tmp"));
   }

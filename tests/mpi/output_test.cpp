@@ -319,7 +319,7 @@ TEST(RunDirectory, LosesNoFileWhileARunWrites) {
       }
     }
     EXPECT_EQ(failure_of([&] { files.require_present(); }),
-              "option -output_directory: cannot write '" + folder / "results.h5" +
+              "output directory: cannot write '" + folder / "results.h5" +
                   "': it was removed or replaced while the run wrote into it");
   }
 }
@@ -338,8 +338,8 @@ TEST(RunDirectory, ThatHoldsARunIsRefusedAndLeftAlone) {
       std::ofstream{folder / sign} << "precious";
     }
     const std::string message = failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder.path(), false); });
-    EXPECT_EQ(message, "option -output_directory: '" + folder.path() + "' already holds a run (" + sign +
-                           "); give -output_overwrite to replace it, or another folder");
+    EXPECT_EQ(message, "output directory: '" + folder.path() + "' already holds a run (" + sign +
+                           "); give `output overwrite` to replace it, or another folder");
     if (world_rank() == 0) {
       EXPECT_EQ(read_text(folder / sign), "precious");
       fs::remove(folder / sign);
@@ -369,9 +369,9 @@ TEST(RunDirectory, ThatCannotBeMadeIsReported) {
     std::ofstream{folder / "file"} << "x";
   }
   EXPECT_EQ(failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder / "file/below", false); }),
-            "option -output_directory: '" + folder / "file/below" + "' cannot be made a folder: Not a directory");
+            "output directory: '" + folder / "file/below" + "' cannot be made a folder: Not a directory");
   EXPECT_EQ(failure_of([&] { prepare_run_directory(PETSC_COMM_WORLD, folder / "file", false); }),
-            "option -output_directory: '" + folder / "file" + "' cannot be made a folder: Not a directory");
+            "output directory: '" + folder / "file" + "' cannot be made a folder: Not a directory");
 }
 
 // A run
@@ -1001,7 +1001,7 @@ TEST(FullDisk, IsReportedByAllRanksAndLeavesTheRowsBefore) {
     EXPECT_EQ(failure_of([&] { write_row(writers, layout.nodes, written); }), message);
     writers.clear();
   }
-  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "results.h5" + "': File too large");
+  EXPECT_EQ(message, "output directory: cannot write '" + folder / "results.h5" + "': File too large");
   EXPECT_GT(written, 1);
   if (world_rank() == 0) {
     expect_fields(SerialFile{folder / "results.h5"}, 20000, written);
@@ -1022,7 +1022,7 @@ TEST(FullDisk, LeavesOnlyWholeRowsInTheTables) {
       gauges->snapshot(state.snapshot());
     }
   });
-  EXPECT_EQ(message, "option -output_directory: cannot write '" + folder / "gauges.csv" + "': File too large");
+  EXPECT_EQ(message, "output directory: cannot write '" + folder / "gauges.csv" + "': File too large");
   if (world_rank() == 0) {
     const std::string text = read_text(folder / "gauges.csv");
     EXPECT_TRUE(text.ends_with('\n'));
@@ -1041,7 +1041,7 @@ TEST(FullDisk, IsReportedWhenTheFilesAreCreated) {
               [[maybe_unused]] const Writers writers =
                   make_run_writers(layout_of(10), folder.path(), kInterval, kInterval);
             }),
-            "option -output_directory: cannot write '" + folder / "results.h5" + "': File too large");
+            "output directory: cannot write '" + folder / "results.h5" + "': File too large");
 }
 
 TEST(RunWriters, ReportAFolderThatIsGone) {
@@ -1050,7 +1050,7 @@ TEST(RunWriters, ReportAFolderThatIsGone) {
               [[maybe_unused]] const Writers writers =
                   make_run_writers(layout_of(10), folder / "gone", kInterval, kInterval);
             }),
-            "option -output_directory: cannot write '" + folder / "gone/results.h5" + "': No such file or directory");
+            "output directory: cannot write '" + folder / "gone/results.h5" + "': No such file or directory");
 }
 
 // The summary
@@ -1111,9 +1111,8 @@ TEST(Summary, IsReadBackAsItWas) {
 
 TEST(Summary, ReportsAFolderThatIsGone) {
   const TemporaryFolder folder;
-  EXPECT_EQ(
-      failure_of([&] { write_summary(PETSC_COMM_WORLD, folder / "gone/summary.json", {}); }),
-      "option -output_directory: cannot write '" + folder / "gone/summary.json.tmp" + "': No such file or directory");
+  EXPECT_EQ(failure_of([&] { write_summary(PETSC_COMM_WORLD, folder / "gone/summary.json", {}); }),
+            "output directory: cannot write '" + folder / "gone/summary.json.tmp" + "': No such file or directory");
 }
 
 }  // namespace

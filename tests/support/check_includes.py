@@ -4,7 +4,10 @@
     petsc <- numerics <- structure <- filter <- contact <- motion <- integrators <- dynamics <- app
     local stands beside motion and knows numerics and contact alone; io knows nothing of filter and integrators
 
-Usage: check_includes.py SOURCE_DIR. Prints every include that breaks a rule; the exit code is their presence.
+Words neither: below the program no message names an option that only the program reads; it names the quantity,
+"support damping: ..." or `filter frequency`, and the program adds the key (petsc::with_option_keys).
+
+Usage: check_includes.py SOURCE_DIR. Prints every line that breaks a rule; the exit code is their presence.
 """
 
 import re
@@ -25,6 +28,14 @@ MAY_INCLUDE = {
     "io": {"petsc", "numerics", "structure", "contact", "motion", "io"},
     "app": {"petsc", "numerics", "structure", "filter", "contact", "motion", "integrators", "dynamics", "io", "app"},
 }
+
+SPEAKS_OF_OPTIONS = {"petsc", "app"}
+STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
+# Keys of the program; those that PETSc's objects read behind a prefix, or as ts_, belong to whoever makes the objects.
+OPTION = re.compile(
+    r"(?<![\w-])-(?:(?:beam|contact|damping|filter|floor|gauge|ground|initial|load|output|restart|structure|support|udar)"
+    r"_(?!ksp_|pc_|mat_|eps_|moment_ksp_|tao_)\w|gravity\b|floor\b)"
+)
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 VERSION_TEST = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif)\b.*\b(?:PETSC|SLEPC)_VERSION_")
@@ -52,6 +63,10 @@ def complaints(path, lines):
         if VERSION_TEST.match(line) and room != "petsc":
             yield f"{where}: only the room petsc tests PETSc versions"
         include = INCLUDE.match(line)
+        if room and room not in SPEAKS_OF_OPTIONS and not include:
+            for text in STRING.findall(line):
+                if OPTION.search(text):
+                    yield f"{where}: {room} names an option, {text}; name the quantity (petsc::with_option_keys)"
         if not include:
             continue
         bracket, name = include.groups()
@@ -79,7 +94,7 @@ def main():
     ]
     for complaint in found:
         print(complaint)
-    print(f"{len(files)} files, {len(found)} includes against the rules")
+    print(f"{len(files)} files, {len(found)} lines against the rules")
     return 1 if found or not files else 0
 
 

@@ -82,6 +82,22 @@ TEST(Options, RefuseAnUnknownKeyOfOursAndNameTheNearest) {
   check_unknown_options(PETSC_COMM_WORLD);
 }
 
+TEST(Options, GiveMessagesOfTheLibraryTheKeysOfTheirQuantities) {
+  OptionGroup group{PETSC_COMM_WORLD, "test"};
+  double value = 1.0;
+  group.real("-beam_test_depth", value, "m", positive(), "text");
+  group.real("-beam_test_slope", value, "-", positive(), "text");
+  EXPECT_EQ(with_option_keys("beam test depth: -3 is not allowed"), "option -beam_test_depth: -3 is not allowed");
+  EXPECT_EQ(with_option_keys("beam test depth, beam test slope: 'a: b'"),
+            "options -beam_test_depth, -beam_test_slope: 'a: b'");
+  EXPECT_EQ(with_option_keys("ts type: `beam test slope` 2, `beam test sloop` 1"),
+            "option -ts_type: -beam_test_slope 2, `beam test sloop` 1");
+  for (const char* other :
+       {"beam test depht: -3", "beam test depth", "beam test depth, other: 3", "", ": `", "`a` `b"}) {
+    EXPECT_EQ(with_option_keys(other), other);
+  }
+}
+
 TEST(Range, TellsItsBounds) {
   EXPECT_TRUE(between(0.0, 1.0).contains(1.0));
   EXPECT_FALSE(between(0.0, 1.0).contains(1.0 + 1e-15));

@@ -49,17 +49,17 @@ const Columns kTwoOrThree{.names = {"time [s]", "height [m]", "velocity [m/s]"}}
 
 Table read(const std::string& text, const Columns& columns = kTwo) {
   const TemporaryFile file{text};
-  return read_table(PETSC_COMM_WORLD, "-load_table", file.path(), columns);
+  return read_table(PETSC_COMM_WORLD, "load table", file.path(), columns);
 }
 
 /// What the user reads about a table, without the path of the file.
 std::string complaint(const std::string& text, const Columns& columns = kTwo) {
   const TemporaryFile file{text};
   try {
-    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", file.path(), columns);
+    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "load table", file.path(), columns);
   } catch (const FileError& error) {
     const std::string message = error.what();
-    const std::string begin = "option -load_table: '" + file.path() + "'";
+    const std::string begin = "load table: '" + file.path() + "'";
     EXPECT_TRUE(message.starts_with(begin)) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     return message.substr(std::min(begin.size(), message.size()));
@@ -105,21 +105,21 @@ TEST(TableFile, KeepsEveryBitOfANumber) {
 }
 
 TEST(TableFile, ReportsAMissingFile) {
-  const auto missing = [] { return read_table(PETSC_COMM_WORLD, "-load_table", "/no/such/table.csv", kTwo); };
+  const auto missing = [] { return read_table(PETSC_COMM_WORLD, "load table", "/no/such/table.csv", kTwo); };
   try {
     missing();
     FAIL() << "read a file that is not there";
   } catch (const FileError& error) {
-    EXPECT_STREQ(error.what(), "option -load_table: '/no/such/table.csv' cannot be read: No such file or directory");
+    EXPECT_STREQ(error.what(), "load table: '/no/such/table.csv' cannot be read: No such file or directory");
   }
 }
 
 TEST(TableFile, ReportsAFolder) {
   try {
-    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "-load_table", "/", kTwo);
+    [[maybe_unused]] const Table table = read_table(PETSC_COMM_WORLD, "load table", "/", kTwo);
     FAIL() << "read a folder";
   } catch (const FileError& error) {
-    EXPECT_STREQ(error.what(), "option -load_table: '/' cannot be read: Is a directory");
+    EXPECT_STREQ(error.what(), "load table: '/' cannot be read: Is a directory");
   }
 }
 

@@ -54,7 +54,7 @@ class Hdf5File {
 
   /// @brief Creates (empties) or opens the file.
   /// @throws FileError on all ranks if there is no such file, no permission, or it is not HDF5
-  Hdf5File(MPI_Comm comm, std::string path, Access access, std::string option = "-output_directory");
+  Hdf5File(MPI_Comm comm, std::string path, Access access, std::string quantity = "output directory");
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
   /// @brief Closes a file that was not closed, but leaves it as last flushed after a failure or while an exception
@@ -157,7 +157,7 @@ class Hdf5File {
   MPI_Comm comm_;
   int rank_ = 0;
   std::string path_;
-  std::string option_;
+  std::string quantity_;
   Access access_;
   Hdf5Id file_;
   Hdf5Id transfer_;  ///< property list of collective transfers

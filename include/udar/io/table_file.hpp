@@ -29,13 +29,13 @@ struct Columns {
 /// @brief Reads a table of numbers: columns separated by commas, by white space or, as spreadsheets do where the comma
 /// is the decimal mark, by semicolons; `#` before a comment, blank lines ignored, and at most one header line, which
 /// does not begin with a number.
-/// @param[in] option  the option that names the file, for the messages
+/// @param[in] quantity what the table gives, for the messages ("load table")
 /// @param[in] path    a relative one is looked for from the working directory, then beside the options files
 /// @param[in] columns what is expected; a table with any more columns is refused, as nobody would read them
 /// @note Collective; rank 0 reads, all get the table
-/// @throws FileError on all ranks, naming option, file, line and column, if the file cannot be read, has no rows, rows
-/// of different lengths, too few or too many columns, or something else than finite numbers
-[[nodiscard]] Table read_table(MPI_Comm comm, const std::string& option, const std::string& path,
+/// @throws FileError on all ranks, naming quantity, file, line and column, if the file cannot be read, has no rows,
+/// rows of different lengths, too few or too many columns, or something else than finite numbers
+[[nodiscard]] Table read_table(MPI_Comm comm, const std::string& quantity, const std::string& path,
                                const Columns& columns);
 
 }  // namespace udar::io

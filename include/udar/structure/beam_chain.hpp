@@ -79,8 +79,8 @@ struct MomentStress {
 };
 
 /// @brief Whether a place lies on a beam, its ends included to the rounding of decimal fractions and of their sums.
-/// @throws InputError naming the option that asked for it, and the range [m]
-void require_on_beam(const char* option, double position, double length);
+/// @throws InputError beginning with `quantity`, which asked for it, and the range [m]
+void require_on_beam(const char* quantity, double position, double length);
 
 /// @brief One element of the massless line.
 struct BeamElement {

@@ -25,7 +25,7 @@ constexpr std::array kWeightings{Names<Weighting>{"tributary", Weighting::tribut
 
 std::shared_ptr<const SupportMotion> read_motion(MPI_Comm comm, const std::string& path) {
   const io::Table table =
-      io::read_table(comm, "-support_motion", path, {.names = {"time [s]", "height [m]", "velocity [m/s]"}});
+      io::read_table(comm, "support motion", path, {.names = {"time [s]", "height [m]", "velocity [m/s]"}});
   require_ascending("-support_motion", path, column(table, 0), "times [s]");
   return std::make_shared<SupportMotion>(column(table, 0), column(table, 1),
                                          table.columns > 2 ? column(table, 2) : Numbers{});
@@ -163,7 +163,7 @@ void read_contact(MPI_Comm comm, Case& input) {
     input.supports.push_back(Support::floor(floor_height, restitution.back()));
   }
   if (!ground_file.empty()) {
-    const io::Table table = io::read_table(comm, "-ground_profile", ground_file, {.names = {"x [m]", "height [m]"}});
+    const io::Table table = io::read_table(comm, "ground profile", ground_file, {.names = {"x [m]", "height [m]"}});
     require_ascending("-ground_profile", ground_file, column(table, 0), "positions [m]");
     input.supports.push_back(Support::floor(0.0, restitution.back()));
     input.supports.back().profile = {.x = column(table, 0), .height = column(table, 1)};

@@ -35,7 +35,7 @@ void read_initial(MPI_Comm comm, Case& input) {
              "give the line; ratio beta lambda / 2 of a mode lambda; the same, with -contact_surface mass");
   if (!shape.empty()) {
     const io::Table table =
-        io::read_table(comm, "-initial_shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});
+        io::read_table(comm, "initial shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});
     input.initial.shape.x = column(table, 0);
     input.initial.shape.offset = column(table, 1);
     if (table.columns > 2) {
@@ -46,7 +46,7 @@ void read_initial(MPI_Comm comm, Case& input) {
   if (!load_position.empty() || !load_table.empty()) {
     load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
     for (std::size_t i = 0; i < load_position.size(); ++i) {
-      const io::Table table = io::read_table(comm, "-load_table", load_table[i], {.names = {"time [s]", "force [N]"}});
+      const io::Table table = io::read_table(comm, "load table", load_table[i], {.names = {"time [s]", "force [N]"}});
       require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
       input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
     }
