@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: medium
 """udar-bench prints what its manual says, and its figures hang together."""
 
 import json

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: medium
 """The examples run as their READMEs say, cut short, and do what these say of them."""
 
 import pathlib

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: long
 """What a good run writes and prints: files, formats, balances, help, interruption, other integrators."""
 
 import json

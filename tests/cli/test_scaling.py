@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: long
 """The scaling driver of examples/scaling measures, counts, compares and reports."""
 
 import copy

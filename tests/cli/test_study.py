@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: long
 """udar-study runs a case over a grid: the same tables however the runs are dealt, failures shown, bad input refused."""
 
 import json

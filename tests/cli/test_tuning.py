@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: long
 """examples/tuning/tune.py ranks sets by time, disqualifies wrong ones, says why others failed, writes best.opts."""
 
 import contextlib

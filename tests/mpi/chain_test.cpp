@@ -1,3 +1,5 @@
+// ranks: 1 2 3 4; size: medium
+// Four are the fewest on which a rank in the middle has another between itself and an end.
 /// @file
 /// The chain solver against the same line solved in 113-bit arithmetic, and its manners as a PETSc type.
 

@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// Checkpoints: every bit comes back, on any number of ranks, and nothing but a whole checkpoint is taken for one.
 

@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// The filter frequency by accuracy, and modes without filter: their frequencies, the cap on all others, their energy.
 

@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// Impulses and forces of supports, contact zone, moments and shear of whole runs, by every integrator on any number of
 /// ranks, against closed forms and the balance of momentum.

@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// The two forms of the line are the same model, however few nodes a rank has.
 

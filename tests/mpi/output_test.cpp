@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// What a run writes: the content of its files, read back without udar, on any number of ranks; and what is left of
 /// them when the disk is full.

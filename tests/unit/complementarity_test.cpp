@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 /// @file
 /// The small complementarity problem against hand solutions and its own conditions.
 

@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 #include <gtest/gtest.h>
 
 #include <algorithm>

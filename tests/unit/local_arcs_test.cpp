@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 /// @file
 /// Arcs and events of local motion, one by one, against closed forms.
 

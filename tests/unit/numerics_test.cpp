@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 /// @file
 /// Polynomials against closed forms.
 

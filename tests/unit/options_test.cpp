@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 #include "udar/petsc/options.hpp"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 /// @file
 /// The arithmetic of convergence studies: orders, limits and budgets of made-up sequences, plans of runs, and what is
 /// read off a motion.

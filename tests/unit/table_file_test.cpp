@@ -1,3 +1,4 @@
+// ranks: 1; size: short
 /// @file
 /// Tables that the user gives: what is read, and what the messages say about what is not.
 

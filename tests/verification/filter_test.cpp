@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// The filter against the exact spectrum of the lumped beam.
 

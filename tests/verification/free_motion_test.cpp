@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// The Chebyshev series of the free motion against the exact solution by eigenvectors.
 

@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// Contact on the line, and the unfiltered beam, against closed forms.
 

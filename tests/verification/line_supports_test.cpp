@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// Supports that move and supports that give way hold the line: closed forms, the integrators against each other, few
 /// against many contact nodes.

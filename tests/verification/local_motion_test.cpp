@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// The impact integrator on random problems against a slow reference: the same law, in long double, with every zero of
 /// every derivative bracketed.

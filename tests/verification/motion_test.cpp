@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// The motion against closed forms, by every integrator: flight, bounces, rest, exact impacts of few masses, energy,
 /// static equilibrium.

@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// Contact on the line with many nodes, by the interior point method, against the dense problem and closed forms.
 

@@ -1,3 +1,4 @@
+// ranks: 1 2 3; size: medium
 /// @file
 /// Supports of all kinds against closed forms, by every integrator that knows them. Most tests let balls bounce: the
 /// two masses of a beam of one element, which has no bending, move each by itself.

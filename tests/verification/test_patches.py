@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# size: medium
 """Supports with a width converge under mesh refinement, point supports do not."""
 
 import pathlib

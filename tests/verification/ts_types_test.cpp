@@ -1,3 +1,4 @@
+// ranks: 1 2; size: medium
 /// @file
 /// The registered TS types as PETSc uses them: step, interpolation through impacts, rollback, view, missing problem.
 
