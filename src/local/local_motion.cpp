@@ -80,8 +80,8 @@ Outcome advance(const Problem& problem, Journal* journal) {
     if (journal != nullptr) {
       report = {.from = mass.tau};
     }
-    goes_on = mass.resting >= 0 ? pass_rest(problem, mass, outcome, wanted)
-                                : pass_free(problem, arc, mass, outcome, wanted);
+    goes_on =
+        mass.resting >= 0 ? pass_rest(problem, mass, outcome, wanted) : pass_free(problem, arc, mass, outcome, wanted);
     if (journal != nullptr) {
       report.until = mass.tau;
       tell(report, *journal);

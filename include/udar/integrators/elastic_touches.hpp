@@ -1,0 +1,44 @@
+#pragma once
+/// @file
+/// How the masses stand to supports that give way.
+
+#include <cstddef>
+#include <vector>
+
+#include "udar/contact/elastic_touch.hpp"
+#include "udar/contact/support.hpp"
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/motion_state.hpp"
+
+namespace udar {
+
+/// @brief One `ElasticTouch` for every local node of every support that is not rigid.
+class ElasticTouches {
+ public:
+  /// @param contact outlives this object
+  explicit ElasticTouches(const ContactState& contact);
+
+  /// Open where the support is rigid.
+  [[nodiscard]] ElasticTouch of(const ContactSet& run, std::size_t node) const {
+    return run.elastic() ? touches_[index_of(run)][node - run.first] : ElasticTouch{};
+  }
+  [[nodiscard]] ElasticTouch& at(const ContactSet& run, std::size_t node) {
+    return touches_[index_of(run)][node - run.first];
+  }
+  /// A step without events has passed.
+  void pass();
+
+  /// Adds the field "touch" of `count` local nodes.
+  void save(std::size_t count, MotionState& state) const;
+  void restore(std::size_t count, const MotionState& state);
+
+ private:
+  [[nodiscard]] std::size_t index_of(const ContactSet& run) const {
+    return static_cast<std::size_t>(&run - contact_->runs().data());
+  }
+
+  const ContactState* contact_;
+  std::vector<std::vector<ElasticTouch>> touches_;  // by run, then node
+};
+
+}  // namespace udar
