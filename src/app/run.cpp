@@ -115,10 +115,10 @@ class CheckpointWriter final : public Observer {
   CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam,
                    std::span<const std::unique_ptr<Observer>> others)
       : dynamics_{&dynamics},
-        beam_{&beam},
+        order_{beam.comm(), node_range(beam)},
         path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
         interval_{input.restart.interval},
-        case_text_{case_text(input, beam)} {
+        parameters_{describe(input).parameters()} {
     for (const auto& other : others) {
       others_.push_back(other.get());
     }
@@ -139,14 +139,8 @@ class CheckpointWriter final : public Observer {
 
   void write() const {
     MotionState state = dynamics_->save();
-    io::Checkpoint checkpoint;
-    for (auto& [name, values] : state.fields) {
-      checkpoint.node_fields.emplace_back(name, std::move(values));
-    }
-    checkpoint.scalars = std::move(state.scalars);
-    checkpoint.tables = std::move(state.tables);
-    checkpoint.case_text = case_text_;
-    io::write_checkpoint(beam_->comm(), node_range(*beam_), path_, checkpoint);
+    state.parameters = parameters_;
+    io::write_checkpoint(order_, path_, state);
   }
 
  private:
@@ -154,26 +148,23 @@ class CheckpointWriter final : public Observer {
   void set_next(double time) { next_ = interval_ > 0.0 ? time + (interval_ - std::fmod(time, interval_)) : 0.0; }
 
   const ImpactDynamics* dynamics_;
-  const BeamChain* beam_;
+  io::PointOrder order_;
   std::string path_;
   double interval_;
   double next_ = 0.0;
-  std::string case_text_;
+  std::vector<Parameter> parameters_;
   std::vector<Observer*> others_;
 };
 
 MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
-  io::Checkpoint checkpoint = io::read_checkpoint(beam.comm(), node_range(beam), input.restart.file);
-  const std::string differences = case_differences(checkpoint.case_text, case_text(input, beam));
-  if (!differences.empty()) {
-    throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differences};
-  }
-  MotionState state;
-  for (auto& [name, values] : checkpoint.node_fields) {
-    state.fields.emplace(name, std::move(values));
-  }
-  state.scalars = std::move(checkpoint.scalars);
-  state.tables = std::move(checkpoint.tables);
+  const auto accept = [&](std::span<const Parameter> there) {
+    const std::string differ = differences(there, describe(input).parameters());
+    if (!differ.empty()) {
+      throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
+    }
+  };
+  const io::PointOrder order{beam.comm(), node_range(beam)};
+  MotionState state = io::read_checkpoint(order, input.restart.file, accept);
   dynamics.restore(state);
   return state;
 }

@@ -19,7 +19,8 @@ namespace udar::io {
 namespace {
 
 constexpr const char* kFormat = "udar checkpoint";
-constexpr std::int64_t kFormatVersion = 2;
+constexpr const char* kParameters = "/parameters";
+constexpr std::int64_t kFormatVersion = 3;
 
 /// Sum over all nodes, modulo 2^64, of the bits of each value times an odd number of its node: the same on any number
 /// of ranks, and different if a value, or the place of one, is.
@@ -58,39 +59,45 @@ int replace(const std::string& finished, const std::string& path) {
   return sync_path(folder.empty() ? "." : folder);
 }
 
-void write_content(Hdf5File& file, MPI_Comm comm, const NodeRange& nodes, const Checkpoint& checkpoint) {
+void write_content(Hdf5File& file, const PointOrder& order, const MotionState& state) {
+  const NodeRange& nodes = order.range();
   file.add_attribute("/", "format", std::string{kFormat});
   file.add_attribute("/", "format_version", kFormatVersion);
   file.add_attribute("/", "units", std::string{"SI: m, kg, s, N, J"});
   file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
-  file.add_attribute("/", "case_text", checkpoint.case_text);
+  file.add_group(kParameters);
+  for (const auto& [name, value] : state.parameters) {
+    file.add_attribute(kParameters, name, value);
+  }
   file.add_group("/scalars");
-  for (const auto& [name, value] : checkpoint.scalars) {
+  for (const auto& [name, value] : state.scalars) {
     file.add_attribute("/scalars", name, value);
   }
   file.add_group("/tables");
-  for (const auto& [name, values] : checkpoint.tables) {
+  for (const auto& [name, values] : state.tables) {
     file.add_small("/tables/" + name, values);
   }
   file.add_group("/node_fields");
-  file.reserve(checkpoint.node_fields.size() * static_cast<std::uint64_t>(nodes.total) * sizeof(double));
-  for (const auto& [name, values] : checkpoint.node_fields) {
+  file.reserve(state.fields.size() * static_cast<std::uint64_t>(nodes.total) * sizeof(double));
+  for (const auto& [name, held] : state.fields) {
     const std::string path = "/node_fields/" + name;
+    const std::vector<double> values = order.to_user(held);
     file.add_node_values(path, nodes, values);
-    file.add_attribute(path, "checksum", checksum(comm, nodes, values));
+    file.add_attribute(path, "checksum", checksum(order.comm(), nodes, values));
   }
   file.close();
 }
 
 }  // namespace
 
-void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path, const Checkpoint& checkpoint) {
+void write_checkpoint(const PointOrder& order, const std::string& path, const MotionState& state) {
+  const MPI_Comm comm = order.comm();
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   const std::string unfinished = path + ".tmp";
   try {
     Hdf5File file{comm, unfinished, Hdf5File::Access::create};
-    write_content(file, comm, nodes, checkpoint);
+    write_content(file, order, state);
     const std::string failure = append_checksum(comm, unfinished);
     throw_together<FileError>(comm, failure.empty() ? "" : cannot_write(unfinished, failure));
   } catch (const FileError&) {
@@ -103,7 +110,10 @@ void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& 
   throw_together<FileError>(comm, error != 0 ? cannot_write(path, std::generic_category().message(error)) : "");
 }
 
-Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path) {
+MotionState read_checkpoint(const PointOrder& order, const std::string& path,
+                            const std::function<void(std::span<const Parameter>)>& accept) {
+  const MPI_Comm comm = order.comm();
+  const NodeRange& nodes = order.range();
   const std::string failure = checksum_failure(comm, path);
   throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
   Hdf5File file{comm, path, Hdf5File::Access::read, "restart file"};
@@ -111,26 +121,30 @@ Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::str
   const std::int64_t version = file.read_int("/", "format_version");
   file.agree(version == kFormatVersion,
              "a checkpoint of format " + std::to_string(version) + ", known here is " + std::to_string(kFormatVersion));
+  MotionState state;
+  for (const std::string& name : file.attribute_names(kParameters)) {
+    state.parameters.push_back({.name = name, .value = file.read_text(kParameters, name)});
+  }
+  if (accept) {
+    accept(state.parameters);
+  }
   const std::int64_t total = file.read_int("/", "nodes");
   file.agree(total == nodes.total,
              "a checkpoint of " + std::to_string(total) + " nodes, this run has " + std::to_string(nodes.total));
-
-  Checkpoint checkpoint;
-  checkpoint.case_text = file.read_text("/", "case_text");
   for (const std::string& name : file.attribute_names("/scalars")) {
-    checkpoint.scalars[name] = file.read_double("/scalars", name);
+    state.scalars[name] = file.read_double("/scalars", name);
   }
   for (const std::string& name : file.dataset_names("/tables")) {
-    checkpoint.tables[name] = file.read_small("/tables/" + name);
+    state.tables[name] = file.read_small("/tables/" + name);
   }
   for (const std::string& name : file.dataset_names("/node_fields")) {
     const std::string field = "/node_fields/" + name;
-    std::vector<double> values = file.read_node_values(field, nodes);
+    const std::vector<double> values = file.read_node_values(field, nodes);
     file.agree(checksum(comm, nodes, values) == file.read_uint(field, "checksum"), name + " is damaged");
-    checkpoint.node_fields.emplace_back(name, std::move(values));
+    state.fields.emplace(name, order.from_user(values));
   }
   file.close();
-  return checkpoint;
+  return state;
 }
 
 }  // namespace udar::io

@@ -53,18 +53,18 @@ double position_of(PetscInt node) {
   return std::bit_cast<double>(kHardBits[static_cast<std::size_t>(node) % kHardBits.size()]);
 }
 
-Checkpoint checkpoint_of(const NodeRange& nodes) {
+MotionState checkpoint_of(const NodeRange& nodes) {
   std::vector<double> position;
   std::vector<double> resting;
   for (PetscInt node = nodes.begin; node < nodes.end; ++node) {
     position.push_back(position_of(node));
     resting.push_back(node % 2 == 0 ? 1.0 : 0.0);
   }
-  Checkpoint checkpoint;
-  checkpoint.node_fields = {{"resting", resting}, {"mass_position", position}};
+  MotionState checkpoint;
+  checkpoint.fields = {{"resting", resting}, {"mass_position", position}};
   checkpoint.scalars = {{"time", 0.1}, {"first_contact_time", std::numeric_limits<double>::infinity()}};
   checkpoint.tables = {{"support_impulse", {1.0, -0.0, 1.0 / 3.0}}, {"empty", {}}};
-  checkpoint.case_text = "beam 7, filter 1000";
+  checkpoint.parameters = {{"beam elements", "7"}, {"filter frequency [rad/s]", "1000"}};
   return checkpoint;
 }
 
@@ -77,24 +77,23 @@ std::vector<std::uint64_t> bits(const std::vector<double>& values) {
   return result;
 }
 
-void expect_same(const Checkpoint& read, const Checkpoint& written) {
-  ASSERT_EQ(read.node_fields.size(), written.node_fields.size());
-  for (std::size_t i = 0; i < read.node_fields.size(); ++i) {
-    EXPECT_EQ(read.node_fields[i].first, written.node_fields[i].first);
-    EXPECT_EQ(bits(read.node_fields[i].second), bits(written.node_fields[i].second));
+void expect_same(const MotionState& read, const MotionState& written) {
+  ASSERT_EQ(read.fields.size(), written.fields.size());
+  for (const auto& [name, values] : written.fields) {
+    EXPECT_EQ(bits(read.fields.at(name)), bits(values)) << name;
   }
   EXPECT_EQ(read.scalars, written.scalars);
   ASSERT_EQ(read.tables.size(), written.tables.size());
   for (const auto& [name, values] : written.tables) {
     EXPECT_EQ(bits(read.tables.at(name)), bits(values)) << name;
   }
-  EXPECT_EQ(read.case_text, written.case_text);
+  EXPECT_EQ(read.parameters, written.parameters);
 }
 
 /// What a restart from `path` says to the user.
 std::string refusal(const std::string& path, PetscInt nodes) {
   return failure_of(
-      [&] { [[maybe_unused]] const Checkpoint read = read_checkpoint(PETSC_COMM_WORLD, share(nodes), path); });
+      [&] { [[maybe_unused]] const MotionState read = read_checkpoint({PETSC_COMM_WORLD, share(nodes)}, path); });
 }
 
 std::string restart_error(const std::string& path, const std::string& reason) {
@@ -108,13 +107,45 @@ TEST(Checkpoint, ComesBackBitByBit) {
   const TemporaryFolder folder;
   for (const PetscInt total : {2, 1000}) {  // with 2, the third rank has none
     const NodeRange nodes = share(total);
-    const Checkpoint written = checkpoint_of(nodes);
-    write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", written);
-    expect_same(read_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5"), written);
+    const MotionState written = checkpoint_of(nodes);
+    write_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5", written);
+    expect_same(read_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5"), written);
     if (world_rank() == 0) {
       EXPECT_FALSE(fs::exists(folder / "restart.h5.tmp"));
     }
   }
+}
+
+// A partitioner may deal the points out as it likes: the file has them in the user's order.
+TEST(Checkpoint, KeepsPointsInTheUsersOrder) {
+  const TemporaryFolder folder;
+  constexpr PetscInt kNodes = 37;
+  const NodeRange held = share(kNodes);
+  std::vector<std::int64_t> number;
+  MotionState written = checkpoint_of(held);
+  for (PetscInt i = held.begin; i < held.end; ++i) {
+    number.push_back(10 * i % kNodes);
+    written.fields["mass_position"][static_cast<std::size_t>(i - held.begin)] = static_cast<double>(number.back());
+  }
+  const PointOrder order{PETSC_COMM_WORLD, held, number};
+  write_checkpoint(order, folder / "restart.h5", written);
+  expect_same(read_checkpoint(order, folder / "restart.h5"), written);
+  const MotionState plain = read_checkpoint({PETSC_COMM_WORLD, held}, folder / "restart.h5");
+  for (PetscInt i = held.begin; i < held.end; ++i) {
+    EXPECT_EQ(plain.fields.at("mass_position")[static_cast<std::size_t>(i - held.begin)], static_cast<double>(i));
+  }
+}
+
+TEST(Checkpoint, OfAnotherCaseIsRefusedBeforeItsNodesAreCounted) {
+  const TemporaryFolder folder;
+  write_checkpoint({PETSC_COMM_WORLD, share(10)}, folder / "restart.h5", checkpoint_of(share(10)));
+  const std::vector<Parameter> here{{"beam elements", "8"}, {"filter frequency [rad/s]", "1000"}};
+  EXPECT_EQ(failure_of([&] {
+              [[maybe_unused]] const MotionState read =
+                  read_checkpoint({PETSC_COMM_WORLD, share(11)}, folder / "restart.h5",
+                                  [&](std::span<const Parameter> there) { throw FileError{differences(there, here)}; });
+            }),
+            "beam elements: 7 there, 8 here");
 }
 
 TEST(Checkpoint, OfOneRankIsReadByAll) {
@@ -122,36 +153,36 @@ TEST(Checkpoint, OfOneRankIsReadByAll) {
   constexpr PetscInt kNodes = 37;
   if (world_rank() == 0) {
     const NodeRange all{0, kNodes, kNodes};
-    write_checkpoint(PETSC_COMM_SELF, all, folder / "restart.h5", checkpoint_of(all));
+    write_checkpoint({PETSC_COMM_SELF, all}, folder / "restart.h5", checkpoint_of(all));
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  expect_same(read_checkpoint(PETSC_COMM_WORLD, share(kNodes), folder / "restart.h5"), checkpoint_of(share(kNodes)));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, share(kNodes)}, folder / "restart.h5"), checkpoint_of(share(kNodes)));
 }
 
 TEST(Checkpoint, OfAllRanksIsReadByOne) {
   const TemporaryFolder folder;
   constexpr PetscInt kNodes = 37;
-  write_checkpoint(PETSC_COMM_WORLD, share(kNodes), folder / "restart.h5", checkpoint_of(share(kNodes)));
+  write_checkpoint({PETSC_COMM_WORLD, share(kNodes)}, folder / "restart.h5", checkpoint_of(share(kNodes)));
   if (world_rank() == 0) {
     const NodeRange all{0, kNodes, kNodes};
-    expect_same(read_checkpoint(PETSC_COMM_SELF, all, folder / "restart.h5"), checkpoint_of(all));
+    expect_same(read_checkpoint({PETSC_COMM_SELF, all}, folder / "restart.h5"), checkpoint_of(all));
   }
 }
 
 TEST(Checkpoint, TakesThePlaceOfTheOlderOne) {
   const TemporaryFolder folder;
   const NodeRange nodes = share(20);
-  Checkpoint checkpoint = checkpoint_of(nodes);
-  write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", checkpoint);
+  MotionState checkpoint = checkpoint_of(nodes);
+  write_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5", checkpoint);
   checkpoint.scalars["time"] = 0.2;
-  write_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5", checkpoint);
-  EXPECT_EQ(read_checkpoint(PETSC_COMM_WORLD, nodes, folder / "restart.h5").scalars.at("time"), 0.2);
+  write_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5", checkpoint);
+  EXPECT_EQ(read_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5").scalars.at("time"), 0.2);
 }
 
 TEST(Checkpoint, ThatDoesNotFitOnTheDiskLeavesTheOlderOne) {
   const TemporaryFolder folder;
   const NodeRange small = share(20);
-  write_checkpoint(PETSC_COMM_WORLD, small, folder / "restart.h5", checkpoint_of(small));
+  write_checkpoint({PETSC_COMM_WORLD, small}, folder / "restart.h5", checkpoint_of(small));
   const NodeRange large = share(200000);
 
   rlimit before{};
@@ -160,14 +191,14 @@ TEST(Checkpoint, ThatDoesNotFitOnTheDiskLeavesTheOlderOne) {
   limit.rlim_cur = 1 << 20;
   setrlimit(RLIMIT_FSIZE, &limit);
   const std::string message =
-      failure_of([&] { write_checkpoint(PETSC_COMM_WORLD, large, folder / "restart.h5", checkpoint_of(large)); });
+      failure_of([&] { write_checkpoint({PETSC_COMM_WORLD, large}, folder / "restart.h5", checkpoint_of(large)); });
   setrlimit(RLIMIT_FSIZE, &before);
 
   EXPECT_EQ(message, "output directory: cannot write '" + folder / "restart.h5.tmp" + "': File too large");
   if (world_rank() == 0) {
     EXPECT_FALSE(fs::exists(folder / "restart.h5.tmp"));
   }
-  expect_same(read_checkpoint(PETSC_COMM_WORLD, small, folder / "restart.h5"), checkpoint_of(small));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, small}, folder / "restart.h5"), checkpoint_of(small));
 }
 
 TEST(Checkpoint, ThatIsMissingIsReported) {
@@ -190,14 +221,14 @@ TEST(Checkpoint, IsNotAnyFile) {
 
 TEST(Checkpoint, OfAnotherBeamIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint(PETSC_COMM_WORLD, share(10), folder / "restart.h5", checkpoint_of(share(10)));
+  write_checkpoint({PETSC_COMM_WORLD, share(10)}, folder / "restart.h5", checkpoint_of(share(10)));
   EXPECT_EQ(refusal(folder / "restart.h5", 11),
             restart_error(folder / "restart.h5", "a checkpoint of 10 nodes, this run has 11"));
 }
 
 TEST(Checkpoint, ThatIsCutShortIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint(PETSC_COMM_WORLD, share(1000), folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, share(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
   const auto size = fs::file_size(folder / "restart.h5");
   MPI_Barrier(PETSC_COMM_WORLD);
   if (world_rank() == 0) {
@@ -211,7 +242,7 @@ TEST(Checkpoint, ThatIsCutShortIsRefused) {
 TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
   const TemporaryFolder folder;
   const std::string path = folder / "restart.h5";
-  write_checkpoint(PETSC_COMM_WORLD, share(20), path, checkpoint_of(share(20)));
+  write_checkpoint({PETSC_COMM_WORLD, share(20)}, path, checkpoint_of(share(20)));
   const auto size = fs::file_size(path);
   ASSERT_GT(size, 4096U);
   const auto edit = [&](std::uintmax_t offset, auto change) {
@@ -237,7 +268,7 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
         << "byte " << offset << " of " << size << ", bit " << bit << ": " << message;
     edit(offset, [bit](int byte) { return byte ^ bit; });
   }
-  expect_same(read_checkpoint(PETSC_COMM_WORLD, share(20), path), checkpoint_of(share(20)));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, share(20)}, path), checkpoint_of(share(20)));
   for (const std::uintmax_t left : {size - 1, size - 64, size - 65, size / 2, std::uintmax_t{63}, std::uintmax_t{0}}) {
     if (world_rank() == 0) {
       fs::resize_file(path, left);
@@ -249,7 +280,7 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
 
 TEST(Checkpoint, ChangedByAnotherProgramIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint(PETSC_COMM_WORLD, share(1000), folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, share(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
   if (world_rank() == 0) {
     const hid_t file = H5Fopen((folder / "restart.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     const hid_t data = H5Dopen2(file, "/node_fields/resting", H5P_DEFAULT);

@@ -2,37 +2,27 @@
 /// @file
 /// restart.h5: the complete state of a run, from which another can go on.
 
-#include <mpi.h>
-
-#include <map>
+#include <functional>
+#include <span>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "udar/io/layout.hpp"
+#include "udar/io/point_order.hpp"
+#include "udar/motion/motion_state.hpp"
 
 namespace udar::io {
 
-/// @brief The state at one time, as named numbers; who writes it knows what they mean. Doubles come back bit by bit.
-struct Checkpoint {
-  /// Values per node, flags included: this rank's nodes in order. The same names in the same order on every rank.
-  std::vector<std::pair<std::string, std::vector<double>>> node_fields;
-  std::map<std::string, double> scalars;              ///< equal on every rank
-  std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
-  std::string case_text;                              ///< tells a restart with another case
-};
-
-/// @brief Writes a checkpoint to `path`. A run that is killed meanwhile, or finds the disk full, leaves the older file.
-/// @param[in] nodes of this rank
+/// @brief Writes a checkpoint to `path`, points in the user's order. A run that is killed meanwhile, or finds the disk
+/// full, leaves the older file. Doubles come back bit by bit.
 /// @note Collective. Needs the disk space of the old and the new file together.
 /// @throws FileError on all ranks
-void write_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path, const Checkpoint& checkpoint);
+void write_checkpoint(const PointOrder& order, const std::string& path, const MotionState& state);
 
 /// @brief Reads the checkpoint at `path`, written on any number of ranks.
-/// @param[in] nodes of this rank
-/// @note Collective. Fields come in the order they were written in.
+/// @param[in] accept judges the parameters before anything else is read; throws on all ranks if it does not
+/// @note Collective.
 /// @throws FileError on all ranks, naming `-restart_file`, if there is no such file, it is no checkpoint, damaged, or
 /// of another number of nodes
-[[nodiscard]] Checkpoint read_checkpoint(MPI_Comm comm, const NodeRange& nodes, const std::string& path);
+[[nodiscard]] MotionState read_checkpoint(const PointOrder& order, const std::string& path,
+                                          const std::function<void(std::span<const Parameter>)>& accept = {});
 
 }  // namespace udar::io

@@ -7,13 +7,17 @@
 #include <string>
 #include <vector>
 
+#include "udar/structure/description.hpp"
+
 namespace udar {
 
-/// @brief Everything needed to go on from a step's end as if nothing had happened.
+/// @brief Everything needed to go on from a step's end as if nothing had happened; who keeps a number here knows what
+/// it means.
 struct MotionState {
-  std::map<std::string, std::vector<double>> fields;  ///< one value per local node
+  std::map<std::string, std::vector<double>> fields;  ///< one value per local node, flags included
   std::map<std::string, double> scalars;              ///< equal on every rank
-  std::map<std::string, std::vector<double>> tables;  ///< equal on every rank
+  std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
+  std::vector<Parameter> parameters;                  ///< what the motion is one of: tells a restart with another case
 
   /// @throws InputError naming -restart_file if it is missing or, for a field, not of `size`
   [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size) const;

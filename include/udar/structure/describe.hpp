@@ -1,0 +1,22 @@
+#pragma once
+/// @file
+/// Beam, axis and loads as named values.
+
+#include <span>
+
+#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/description.hpp"
+#include "udar/structure/initial_state.hpp"
+#include "udar/structure/load.hpp"
+
+namespace udar {
+
+/// @name What shapes the motion, of the structure
+/// @{
+void describe(Description& all, const BeamParameters& beam);
+/// Of the start the axis alone: a motion under way knows nothing of how it began.
+void describe(Description& all, const InitialState& initial);
+void describe(Description& all, std::span<const NodalLoad> loads);
+/// @}
+
+}  // namespace udar

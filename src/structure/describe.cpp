@@ -1,0 +1,64 @@
+#include "udar/structure/describe.hpp"
+
+#include <array>
+
+namespace udar {
+
+void describe(Description& all, const BeamParameters& beam) {
+  const auto& [segments, left, right, tension, point_masses, line_supports, mass_patches] = beam;
+  // Stresses follow the motion and do not shape it.
+  const auto part = [&](std::string_view name, std::size_t index) {
+    all.add_each(name, segments, [index](const BeamSegment& segment) {
+      const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, yield_unused] = segment;
+      static_cast<void>(modulus_unused);
+      static_cast<void>(yield_unused);
+      return std::array{length, static_cast<double>(elements), bending, mass, shear, foundation}.at(index);
+    });
+  };
+  part("beam lengths [m]", 0);
+  part("beam elements", 1);
+  part("bending stiffness EI [N m^2]", 2);
+  part("mass per length rhoA [kg/m]", 3);
+  part("shear stiffness kGA [N]", 4);
+  part("foundation [N/m^2]", 5);
+  all.add("tension [N]", tension);
+  const auto& [left_spring, left_rotation] = left;
+  const auto& [right_spring, right_rotation] = right;
+  all.add("ends, stiffness against displacement [N/m]", std::array{left_spring, right_spring});
+  all.add("ends, stiffness against rotation [N m/rad]", std::array{left_rotation, right_rotation});
+  const auto pairs = [&all](std::string_view first, std::string_view second, const auto& things) {
+    for (const bool of_first : {true, false}) {
+      all.add_each(of_first ? first : second, things, [of_first](const auto& thing) {
+        const auto& [one, other] = thing;
+        return of_first ? one : other;
+      });
+    }
+  };
+  pairs("point masses, positions [m]", "point masses [kg]", point_masses);
+  pairs("line supports, positions [m]", "line supports, stiffness [N/m]", line_supports);
+  pairs("weighted patches, begin [m]", "weighted patches, end [m]", mass_patches);
+}
+
+void describe(Description& all, const InitialState& initial) {
+  const auto& [height, slope, velocity, angular_velocity, shape] = initial;
+  static_cast<void>(velocity);
+  static_cast<void>(angular_velocity);
+  static_cast<void>(shape);
+  all.add("initial height [m]", height);
+  all.add("initial slope", slope);
+}
+
+void describe(Description& all, std::span<const NodalLoad> loads) {
+  const auto list = [&](std::string_view name, bool times) {
+    all.add_all(name, loads, [times](const NodalLoad& load) {
+      const auto& [position, time, force] = load;
+      static_cast<void>(position);
+      return std::span<const double>{times ? time : force};
+    });
+  };
+  all.add_each("loads, positions [m]", loads, [](const NodalLoad& load) { return load.position; });
+  list("loads, times [s]", true);
+  list("loads, forces [N]", false);
+}
+
+}  // namespace udar
