@@ -18,13 +18,14 @@ import subprocess
 import sys
 import time
 
-os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
-
-import h5py
-import numpy as np
-
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
+sys.path[:0] = [str(TOP / "scripts" / "python"), str(TOP / "python")]  # of the sources, of an installation
+
+from udar.tools import Parser, UserError, one_line, read_csv  # noqa: E402, its place and its settings come first
+import h5py  # noqa: E402
+import numpy as np  # noqa: E402
+
 OWN_CASE = TOP / "examples" / "01-falling-beam" / "case.yaml"
 OWN_OPTIONS = "-filter_frequency 100 -beam_elements 1000 -support_width 0.2 -contact_restitution 0.5 -ts_max_time 0.6"
 DEFAULT_RTOL = {"chebyshev": 1e-14, "impact": 1e-7}  # of udar, docs/options.md; any other integrator: 1e-8
@@ -37,10 +38,6 @@ DIAGNOSTIC = re.compile(r"(_view|_monitor)(_|$)|^log_|^options_|^info$|^filter_c
 
 QUALIFIED, DIAGNOSTICS, DISQUALIFIED, FAILED = "qualified", "diagnostics", "disqualified", "failed"
 VERDICTS = (QUALIFIED, DIAGNOSTICS, DISQUALIFIED, FAILED)
-
-
-class TuneError(Exception):
-    """Something the user must mend; its text is the one line that is printed."""
 
 
 class RunFailed(Exception):
@@ -78,11 +75,11 @@ def read_set(path, name=None):
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise TuneError(f"option set {path}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
+        raise UserError(f"option set {path}: {getattr(error, 'strerror', None) or 'not a text file'}") from None
     lines = [line.strip() for line in text.splitlines() if line.strip() and line.strip()[0] not in "#!%"]
     for line in lines:
         if not line.startswith("-"):
-            raise TuneError(f"option set {path}: '{line}' does not start with '-'; give one '-key value' a line")
+            raise UserError(f"option set {path}: '{line}' does not start with '-'; give one '-key value' a line")
     return OptionSet(name or path.stem, path, lines)
 
 
@@ -92,7 +89,7 @@ def read_sets(paths):
     for one in sets:
         if one.name in seen:
             other = seen[one.name] or "'none' is the case without any set"
-            raise TuneError(f"two option sets are called '{one.name}': {other} and {one.path}")
+            raise UserError(f"two option sets are called '{one.name}': {other} and {one.path}")
         seen[one.name] = one.path
     return sets
 
@@ -114,21 +111,11 @@ class Result:
         return self.summary["wall_seconds"]["total"]
 
 
-def read_csv(path):
-    """Columns by name. Empty cells and words do not occur in the two files read here."""
-    with open(path, encoding="utf-8") as file:
-        names = file.readline().strip().split(",")
-        values = np.loadtxt(file, delimiter=",", ndmin=2)
-    if values.shape[1] != len(names):
-        raise ValueError(f"{values.shape[1]} columns below {len(names)} names")
-    return {name: values[:, column] for column, name in enumerate(names)}
-
-
 def read_result(folder, text, elapsed):
     try:
         summary = json.loads((folder / "summary.json").read_text())
         gauges, energy = read_csv(folder / "gauges.csv"), read_csv(folder / "energy.csv")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, UserError) as error:
         raise RunFailed(f"files cannot be read: {error}") from None
     instants = energy.pop("time")
     if len(gauges) > 1 and not np.array_equal(gauges.pop("time"), instants):
@@ -212,7 +199,7 @@ class Runner:
                 process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=out, stderr=err,
                                            start_new_session=True)
             except OSError as error:
-                raise TuneError(f"cannot start '{command[0]}': {error.strerror}") from None
+                raise UserError(f"cannot start '{command[0]}': {error.strerror}") from None
             try:
                 code = process.wait(timeout=allowed)
             except subprocess.TimeoutExpired:
@@ -309,13 +296,13 @@ def make_reference(runner, chosen, ranks):
         try:
             return runner.run(name, ranks, [*arguments, *more])
         except RunFailed as failure:
-            raise TuneError(f"no reference: {what}, {' '.join(more) or 'unchanged'}, on {ranks} rank(s): {failure}; "
+            raise UserError(f"no reference: {what}, {' '.join(more) or 'unchanged'}, on {ranks} rank(s): {failure}; "
                             f"see {runner.folder / name}-np{ranks}") from None
 
     pilot = attempt("reference-pilot", [])
     given = options_of(runner.folder / f"reference-pilot-np{ranks}")
     if given.get("ts_adapt_type") == "none":
-        raise TuneError(f"no reference: {what} runs with fixed steps (-ts_adapt_type none), "
+        raise UserError(f"no reference: {what} runs with fixed steps (-ts_adapt_type none), "
                         "which no tolerance changes; "
                         "name a set with error control: --reference petsc-options/rk-tight.opts")
     integrator = pilot.summary["integrator"]
@@ -332,7 +319,7 @@ def make_reference(runner, chosen, ranks):
     try:
         error = distance(check, result)
     except RunFailed as failure:
-        raise TuneError(f"no reference: at -ts_rtol {10 * rtol:.3g} and {rtol:.3g} there are {failure}") from None
+        raise UserError(f"no reference: at -ts_rtol {10 * rtol:.3g} and {rtol:.3g} there are {failure}") from None
     text = (f"{what} ({integrator}, -ts_rtol {own:g}) at -ts_rtol {rtol:.3g} on {ranks} rank(s); "
             f"its own error, by the distance to -ts_rtol {10 * rtol:.3g}: {error}")
     return Reference(result, rtol, 10 * rtol, error, text)
@@ -530,10 +517,6 @@ def draw(folder, trials, reference, tolerance, title):
     return paths
 
 
-def one_line(text):
-    return " ".join(str(text).split())
-
-
 def write_best(path, best, reference, runner, command, now):
     row = best.row()
     use = shlex.join([*runner.command(best.ranks, []), "-options_file", str(path)])
@@ -555,11 +538,6 @@ def write_best(path, best, reference, runner, command, now):
 
 
 # ------------------------------------------------------------------------------------------------ command line
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        raise TuneError(message)
 
 
 def rank_list(text):
@@ -619,7 +597,7 @@ def parse(arguments):
         options.options = words("" if options.case else OWN_OPTIONS)
     options.case = options.case or OWN_CASE
     if not options.case.is_file():
-        raise TuneError(f"{options.case}: no such case file")
+        raise UserError(f"{options.case}: no such case file")
     if options.sets is None:
         options.sets = sorted(TOP.glob("petsc-options/*.opts")) + sorted(HERE.glob("*.opts"))
     options.sets = read_sets(options.sets)
@@ -628,11 +606,11 @@ def parse(arguments):
     try:
         launch = shlex.split(options.launcher.format(ranks=1))
     except (ValueError, KeyError, IndexError) as error:
-        raise TuneError(f"--launcher: '{options.launcher}' cannot be used: {error}") from None
+        raise UserError(f"--launcher: '{options.launcher}' cannot be used: {error}") from None
     if "{ranks}" not in options.launcher and options.ranks != [1]:
-        raise TuneError(f"--launcher: '{options.launcher}' has no {{ranks}}, needed for --ranks other than 1")
+        raise UserError(f"--launcher: '{options.launcher}' has no {{ranks}}, needed for --ranks other than 1")
     if launch and not shutil.which(launch[0]):
-        raise TuneError(f"--launcher: there is no program '{launch[0]}'")
+        raise UserError(f"--launcher: there is no program '{launch[0]}'")
     return options
 
 
@@ -641,7 +619,7 @@ def find_program(given):
     for candidate in filter(None, candidates):
         if os.access(candidate, os.X_OK) and pathlib.Path(candidate).is_file():
             return pathlib.Path(candidate).resolve()
-    raise TuneError(f"--udar: {given} is not a program" if given else
+    raise UserError(f"--udar: {given} is not a program" if given else
                     "no build/udar and no udar in the PATH: give --udar")
 
 
@@ -655,7 +633,7 @@ def tune(options, command):
     reference = make_reference(runner, options.reference, options.ranks[0])
     print(f"reference: {reference.text}", flush=True)
     if reference.error.value > options.tolerance:
-        raise TuneError(
+        raise UserError(
             f"no reference: it is known to {reference.error} only, --tolerance is {options.tolerance:g}. Impacts with "
             "restitution 1 multiply errors: end earlier (-ts_max_time), raise --tolerance "
             "or name a tighter --reference")
@@ -694,7 +672,7 @@ def tune(options, command):
     written += draw(options.output, trials, reference, options.tolerance, case_title)
     print("written:   " + " ".join(str(path) for path in [*written, *([options.output / "best.opts"] if best else [])]))
     if not best:
-        raise TuneError("no set qualifies: none runs to its end within the tolerance, see the verdicts above")
+        raise UserError("no set qualifies: none runs to its end within the tolerance, see the verdicts above")
 
 
 def confirm(runner, best, path, tolerance):
@@ -704,10 +682,10 @@ def confirm(runner, best, path, tolerance):
         difference = distance(result, best.results[0])
     except RunFailed as failure:
         path.unlink()
-        raise TuneError(f"best.opts was written but its run failed: {failure}") from None
+        raise UserError(f"best.opts was written but its run failed: {failure}") from None
     if not difference.value <= tolerance:
         path.unlink()
-        raise TuneError(f"best.opts gives other curves than the winner: {difference}")
+        raise UserError(f"best.opts gives other curves than the winner: {difference}")
     return difference, result
 
 
@@ -715,12 +693,12 @@ def main(arguments):
     command = shlex.join([os.path.basename(__file__), *arguments])
     try:
         options = parse(arguments)
-    except TuneError as problem:
+    except UserError as problem:
         print(f"tune.py: error: {problem}", file=sys.stderr)
         return 2
     try:
         tune(options, command)
-    except (TuneError, OSError) as problem:
+    except (UserError, OSError) as problem:
         print(f"tune.py: error: {problem}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -1,0 +1,13 @@
+"""What udar's scripts share: reading of result files, and their pictures.
+
+tools     errors of one line, the command line's parser, tables
+results   a run's files as `Run`
+curves    thinning, units that suit what is shown
+style     colours, units of axes, labels: what all pictures have in common
+figures   the pictures of one run, or of several laid over each other
+studies   the pictures of a study
+cli       udar-plot
+"""
+import os
+
+os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")  # a run that is still writing may be looked at

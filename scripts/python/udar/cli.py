@@ -1,0 +1,128 @@
+"""udar-plot: pictures of one run of udar, or of several runs laid over each other.
+
+Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts, deflection,
+impulses, forces and envelope in RUN/plots; several runs give gauges, energy and contacts in ./plots. A study
+of udar-study gives its results against each axis, and work against precision, in DIR/plots.
+"""
+import argparse
+import os
+import pathlib
+import sys
+
+from .figures import (draw_contacts, draw_deflection, draw_energy, draw_energy_of_several, draw_envelope, draw_forces,
+                      draw_gauges, draw_impulses)
+from .results import read_run
+from .studies import draw_study
+from .style import Pen
+from .tools import Parser, UserError
+
+MAX_GAUGES = 12      # panels that are still readable; more only when --gauges asks for them
+
+
+def number_list(text):
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of gauge numbers like 0,2,4") from None
+
+
+def format_list(text):
+    formats = list(dict.fromkeys(text.split(",")))
+    unknown = [part for part in formats if part not in ("png", "svg")]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is neither png nor svg")
+    return formats
+
+
+def dpi_number(text):
+    if not text.isdigit() or not 20 <= int(text) <= 1200:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 20 to 1200")
+    return int(text)
+
+
+def parse(arguments):
+    parser = Parser(
+        prog="udar-plot", description="Draws the results of one run of udar, or of several runs laid over each other.",
+        epilog="One run: gauges, energy, contacts, deflection, impulses, forces, envelope. Several runs: gauges, "
+               "energy, contacts. A folder of udar-study (also written: study DIR): its results against each axis, "
+               "work against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
+               "as it should be.")
+    parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
+    parser.add_argument("--output", metavar="DIR",
+                        help="where the pictures go (default: RUN/plots; for several runs ./plots)")
+    parser.add_argument("--gauges", metavar="LIST", type=number_list,
+                        help=f"numbers of the gauges to draw, like 0,2,4 (default: the first {MAX_GAUGES})")
+    parser.add_argument("--format", metavar="LIST", type=format_list, default=["png", "svg"],
+                        help="png, svg or png,svg (default: both)")
+    parser.add_argument("--dpi", metavar="N", type=dpi_number, default=130,
+                        help="resolution of the PNG files (default: 130)")
+    parser.add_argument("--title", metavar="TEXT", default="", help="put before the title of every picture")
+    return parser.parse_args(arguments)
+
+
+def choose_gauges(run, wanted):
+    available = len(run.gauge_node)
+    if wanted is None:
+        if available > MAX_GAUGES:
+            note(f"{run.folder} has {available} gauges; the first {MAX_GAUGES} are drawn, --gauges chooses others")
+        return list(range(min(available, MAX_GAUGES)))
+    for gauge in wanted:
+        if not 0 <= gauge < available:
+            raise UserError(f"--gauges: {run.folder} has no gauge {gauge}, it has {available} numbered from 0")
+    return wanted
+
+
+def note(text):
+    print(f"udar-plot: note: {text}", file=sys.stderr)
+
+
+def main(arguments):
+    options = parse(arguments)
+    if options.run[0] == "study" and len(options.run) > 1:
+        del options.run[0]
+    if any((pathlib.Path(folder) / "study.json").is_file() for folder in options.run):
+        if len(options.run) > 1:
+            raise UserError("a study is drawn by itself, not with other folders")
+        draw_study(options, pathlib.Path(options.run[0]))
+        return
+    several = len(options.run) > 1
+    runs = [read_run(folder, with_fields=not several) for folder in options.run]
+    chosen = choose_gauges(runs[0], options.gauges)
+    output = pathlib.Path(options.output or ("plots" if several else runs[0].folder / "plots"))
+    output.mkdir(parents=True, exist_ok=True)
+    pen = Pen(output, options.format, options.dpi, options.title)
+    if chosen:
+        draw_gauges(pen, runs, chosen)
+    else:
+        note(f"{runs[0].folder} has no gauges: no picture of them")
+    if several:
+        draw_energy_of_several(pen, runs)
+    else:
+        draw_energy(pen, runs[0])
+    if any(run.supports for run in runs):
+        draw_contacts(pen, runs)
+    else:
+        note("no supports: no picture of contacts")
+    if not several:
+        draw_deflection(pen, runs[0])
+        if runs[0].supports:
+            if runs[0].contact is not None:
+                draw_impulses(pen, runs[0])
+                draw_forces(pen, runs[0])
+            else:
+                note(f"{runs[0].folder} has no contact.csv: no pictures of impulses and forces")
+        if runs[0].envelope is not None:
+            draw_envelope(pen, runs[0])
+        else:
+            note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")
+
+
+def run():
+    """The program: errors of the user are one line on standard error and the exit code 2."""
+    try:
+        main(sys.argv[1:])
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (UserError, OSError) as problem:
+        print(f"udar-plot: {problem}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,321 @@
+"""The files of a run (docs/output.md) as `Run`."""
+import dataclasses
+import json
+import pathlib
+
+import h5py
+import numpy as np
+
+from .curves import BINS, drawn_nodes, with_unit
+from .tools import UserError, first_line, read_csv
+
+ENERGY_COLUMNS = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "lost_in_impacts", "load_work",
+                  "support_springs", "support_work", "lost_in_dampers", "total")
+INSTANTS = 12        # deflection curves
+ROWS_BEFORE = 2      # of them, before the first contact
+IMPACT_COLUMNS = ("time", "node", "x", "support", "impulse")
+REST_COLUMNS = ("time", "node", "x", "support", "release")
+
+
+@dataclasses.dataclass
+class Support:
+    """One support; `low` to `high` is the part of the beam it can touch, one point if it has no width."""
+    name: str
+    low: float
+    high: float
+    position: float
+    height: float
+    side: float
+    is_floor: bool
+    x: np.ndarray     # outline of the contact face from left to right
+    face: np.ndarray  # its height there
+
+
+@dataclasses.dataclass
+class Contact:
+    """Rows of contact.csv; forces and impulses of each support, or of all together, by row."""
+    time: np.ndarray
+    x_min: np.ndarray
+    x_max: np.ndarray
+    force: np.ndarray
+    impulse: np.ndarray
+    window: float     # forces are means over so long [s]; None if not known
+    together: bool    # one column for all supports
+
+    def spans(self):
+        """Of each column the times, rows of (begin, end), in which it gave anything."""
+        return [stretches(self.time, np.append(False, np.diff(column) != 0.0) if len(column) else np.empty(0, bool))
+                for column in self.impulse.T]
+
+
+@dataclasses.dataclass
+class Run:
+    folder: pathlib.Path
+    filter_frequency: float
+    options: dict    # keys without dash
+    summary: dict    # summary.json; empty before the end
+    elements: int
+    x: np.ndarray
+    gauge_node: np.ndarray
+    supports: list
+    gauges: dict     # columns of gauges.csv
+    energy: dict     # columns of energy.csv
+    impacts: dict
+    rests: dict
+    finished: bool
+    contact: "Contact" = None
+    lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
+    envelope: dict = None    # datasets of /envelope; written when a run ends
+    instants: np.ndarray = None  # times of the rows below; None when not asked for
+    line_rows: np.ndarray = None
+    mass_rows: np.ndarray = None
+
+    @property
+    def begin(self):
+        return self._extreme(min, 0)
+
+    @property
+    def end(self):
+        return self._extreme(max, -1)
+
+    def _extreme(self, choose, row):
+        known = [table["time"][row] for table in (self.gauges, self.energy, self.impacts) if len(table["time"])]
+        return float(choose(known)) if known else 0.0
+
+    @property
+    def filtered(self):
+        """Without filter the file has the frequency that belongs to the time step."""
+        return (self.options.get("filter_frequency") != "none" and self.filter_frequency > 0.0
+                and bool(np.isfinite(self.filter_frequency)))
+
+    @property
+    def filter_label(self):
+        return f"wf = {self.filter_frequency:.4g} rad/s" if self.filtered else "unfiltered"
+
+    @property
+    def doubts(self):
+        """What the run said against itself: the findings of its warnings, without the advice, and an early end."""
+        found = [str(text).split("; ")[0] for text in self.summary.get("warnings", ())]
+        if self.summary and not self.finished:
+            found.append(f"stopped early, at t = {self.end:.4g} s")
+        return found
+
+    def lift_of(self, support, time):
+        """What motion has added to the height of a support, or of one of each time, at these times."""
+        time, support = np.broadcast_arrays(np.asarray(time, float), support)
+        lift = np.zeros(time.shape)
+        for number in np.unique(support) if self.lift is not None else ():
+            lift[support == number] = np.interp(time[support == number], self.lift[0], self.lift[1][:, number])
+        return lift
+
+    def first_contacts(self):
+        """(time, side of the support) of the first impact and of the first rest, as far as there are any."""
+        found = [(float(table["time"][0]), self.supports[int(table["support"][0])].side)
+                 for table in (self.impacts, self.rests) if len(table["time"])]
+        at = self.summary.get("first_contact_time")
+        if not found and at is not None:  # the line touches without impacts
+            spans = self.contact.spans() if self.contact is not None else []
+            first = min(((own[0][0], number) for number, own in enumerate(spans) if len(own)), default=(at, 0))
+            found = [(float(at), self.supports[min(first[1], len(self.supports) - 1)].side)]
+        return found
+
+    def supports_of_node(self, node):
+        """Numbers of the supports the mass of this node can touch."""
+        def touches(support):
+            if support.high > support.low:
+                return support.low - 1e-9 <= self.x[node] <= support.high + 1e-9
+            return node == int(np.argmin(np.abs(self.x - support.position)))
+        return [number for number, support in enumerate(self.supports) if touches(support)]
+
+
+def read_summary(path):
+    """summary.json; empty while the run goes on. One that was stopped also leaves a summary."""
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+        return summary if isinstance(summary, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def read_options(file):
+    text = file.attrs.get("options", "")
+    text = text.decode() if isinstance(text, bytes) else str(text)
+    words = [line.split(None, 1) for line in text.splitlines() if line.startswith("-")]
+    return {word[0][1:]: word[1].strip() if len(word) > 1 else "" for word in words}
+
+
+def read_contact(folder, file):
+    """contact.csv, and with more supports than it has columns for those of results.h5; None without either."""
+    path = folder / "contact.csv"
+    if not path.exists():
+        return None
+    table = read_csv(path, ["time", "masses", "x_min", "x_max"])
+    window = np.ravel(file["supports"].attrs.get("force_window", np.nan))[0] if "supports" in file else np.nan
+    together = "force" in table
+    names = [""] if together else [f"_{k}" for k in range(sum(name.startswith("force_") for name in table))]
+    force, impulse = (np.array([table[kind + name] for name in names]).T.reshape(len(table["time"]), len(names))
+                      for kind in ("force", "impulse"))
+    if together and "supports/force" in file and "supports/impulse" in file:
+        rows = min(len(table["time"]), len(file["supports/force"]), len(file["supports/impulse"]))
+        force, impulse = file["supports/force"][:rows], file["supports/impulse"][:rows]
+        table, together = {name: values[:rows] for name, values in table.items()}, False
+    return Contact(table["time"], table["x_min"], table["x_max"], force, impulse,
+                   float(window) if np.isfinite(window) else None, together)
+
+
+def stretches(time, holds):
+    """Rows (begin, end) of the times over which `holds` is true; a row tells of the time since the one before it."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(int)))
+    first, last = edges[::2], edges[1::2] - 1
+    return np.column_stack([time[np.maximum(first - 1, 0)], time[last]]) if len(first) else np.empty((0, 2))
+
+
+def read_records(file, folder, name, columns, finished):
+    """Impacts or rests: from results.h5 once the run is finished, before that from the CSV file, which is complete."""
+    csv = folder / f"{name}.csv"
+    if name in file and (finished or not csv.exists()):
+        records = file[name][()]
+        if records.dtype.names is None or any(column not in records.dtype.names for column in columns):
+            raise UserError(f"{folder}/results.h5: /{name} lacks one of the columns {', '.join(columns)}")
+        return {column: records[column] for column in columns}
+    return read_csv(csv, [column if column != "release" else "event" for column in columns])
+
+
+def read_supports(file, x):
+    columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
+    ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
+    supports = []
+    for number, (position, width, height, side) in enumerate(zip(*columns)):
+        low, high = position - width / 2, position + width / 2
+        is_floor = not np.isfinite([low, high]).all() or (low <= x[0] and high >= x[-1])
+        if is_floor:
+            low, high, position = x[0], x[-1], (x[0] + x[-1]) / 2
+        where = (" below" if side > 0 else " above") if min(columns[3]) < 0 else ""
+        name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
+        outline = np.array([low, high] if high > low else [position])
+        face = np.full(len(outline), height)
+        if is_floor and ground and number == len(columns[0]) - 1:
+            outline = np.unique(np.concatenate([outline, ground[0][(ground[0] > low) & (ground[0] < high)]]))
+            face = np.interp(outline, *ground)
+        supports.append(Support(name, low, high, position, height, side, is_floor, outline, face))
+    return supports
+
+
+def read_instants(file, run):
+    """Rows of the fields around the first contact: two before it, the others over the time it lasts."""
+    fields = file["fields"]
+    rows = min(len(fields[name]) for name in ("time", "line_position", "mass_position"))  # may differ in a cut run
+    time = fields["time"][:rows]
+    contacts = run.first_contacts()
+    if contacts and rows > INSTANTS:
+        contact = min(contacts)[0]
+        first = int(np.searchsorted(time, contact))
+        begin = max(0, min(first - ROWS_BEFORE, rows - INSTANTS))
+        end = int(np.searchsorted(time, end_of_contact(run, contact)))
+        end = min(max(end, begin + INSTANTS - 1), rows - 1)
+        first = min(first, begin + ROWS_BEFORE)
+        after = np.linspace(first, end, INSTANTS - ROWS_BEFORE)
+        step = max(1, round(after[1] - after[0]) // 2)
+        before = [max(0, first - (k + 1) * step) for k in range(ROWS_BEFORE)]
+        chosen = np.unique(np.concatenate([before, np.rint(after)]).astype(int))
+    else:
+        chosen = np.unique(np.rint(np.linspace(0, rows - 1, min(rows, INSTANTS))).astype(int))
+    run.instants = time[chosen]
+    every = max(1, len(run.x) // (2 * BINS))
+    run.line_rows, run.mass_rows = (np.array([fields[name][row][::every] for row in chosen])
+                                    for name in ("line_position", "mass_position"))
+
+
+def end_of_contact(run, begin):
+    """When the first contact ends: touches follow each other in less time than it lasts so far, or 10 / wf.
+
+    Masses on point supports hop for about so long, whatever wf.
+    """
+    pause = 10.0 / run.filter_frequency if run.filtered else 0.0
+    spans = sorted(map(tuple, np.concatenate(run.contact.spans()))) if run.contact is not None else []
+    end = begin if spans else begin + pause
+    for first, last in spans:
+        if first > end + max(pause, end - begin):
+            break
+        end = max(end, last)
+    rests = spans and end >= run.contact.time[-1]  # the fall is then what there is to see
+    return begin + pause if rests else end
+
+
+def read_run(folder, with_fields):
+    folder = pathlib.Path(folder)
+    path = folder / "results.h5"
+    if not folder.is_dir():
+        raise UserError(f"{folder}: no such folder")
+    if not path.is_file():
+        raise UserError(f"{folder}: not a run folder of udar, it has no results.h5")
+    try:
+        with h5py.File(path, "r") as file:
+            x = np.atleast_1d(file["x"][()])
+            if len(x) < 2:
+                raise UserError(f"{path}: /x has fewer than two nodes")
+            summary = read_summary(folder / "summary.json")
+            finished = bool(summary)
+            run = Run(
+                folder=folder,
+                options=read_options(file),
+                summary=summary,
+                filter_frequency=float(np.ravel(file.attrs["filter_frequency"])[0]),
+                elements=int(np.ravel(file.attrs["elements"])[0]),
+                x=x,
+                gauge_node=np.atleast_1d(file["gauge_node"][()]).astype(int),
+                supports=read_supports(file, x),
+                gauges={}, energy={},
+                impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
+                rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
+                finished=finished and bool(summary.get("completed", True)))
+            if np.any((run.gauge_node < 0) | (run.gauge_node >= len(x))):
+                raise UserError(f"{path}: /gauge_node names a node that /x does not have")
+            for table in (run.impacts, run.rests):
+                if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
+                    raise UserError(f"{path}: an impact or rest names a support that is not in /support_position")
+            run.contact = read_contact(folder, file)
+            if run.contact is not None and run.contact.force.shape[1] not in (1, len(run.supports)):
+                raise UserError(f"{folder}/contact.csv: forces of {run.contact.force.shape[1]} supports, "
+                                f"results.h5 has {len(run.supports)}")
+            if "supports/lift" in file:
+                lift = file["supports/lift"][()]
+                run.lift = file["contact"]["time"][:len(lift)], lift
+            if with_fields:
+                read_instants(file, run)
+                if "envelope" in file:
+                    run.envelope = {name: values[()] for name, values in file["envelope"].items()}
+                    if any(len(run.envelope[f"{name}_{side}"]) != len(x) - (name == "shear")
+                           for name in ("moment", "shear") for side in ("min", "max")):
+                        raise UserError(f"{path}: /envelope does not have one value per node or element")
+                for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
+                    if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
+                        raise UserError(f"{path}: /fields/{name} does not have one value per node of /x")
+    except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
+        raise UserError(f"{path}: cannot be read: {first_line(error)}") from None
+    columns = [f"{kind}_{k}" for k in range(len(run.gauge_node)) for kind in ("mass", "line")]
+    if len(run.gauge_node):
+        run.gauges = read_csv(folder / "gauges.csv", ["time", *columns])
+    else:
+        run.gauges = {"time": np.empty(0)}
+    run.energy = read_csv(folder / "energy.csv", ["time", "drift", *ENERGY_COLUMNS])
+    return run
+
+
+def rest_intervals(run):
+    """Arrays x, begin, end, one entry for each time a mass rested; still resting at the end: until the end."""
+    rests = run.rests
+    order = np.lexsort((rests["release"], rests["time"], rests["node"]))
+    node, time = np.asarray(rests["node"])[order], np.asarray(rests["time"])[order]
+    x, release = np.asarray(rests["x"])[order], np.asarray(rests["release"])[order] > 0
+    if not len(node):
+        return np.empty(0), np.empty(0), np.empty(0)
+    same_next = np.append(node[1:] == node[:-1], False)
+    closed = same_next & np.append(release[1:], False)
+    end = np.where(closed, np.append(time[1:], 0.0), run.end)
+    begins = ~release
+    # A release without a rest before it: the mass was resting when this run took over from a restart file.
+    orphan = release & ~np.append(False, closed[:-1] & ~release[:-1])
+    return (np.concatenate([x[begins], x[orphan]]),
+            np.concatenate([time[begins], np.full(orphan.sum(), run.begin)]),
+            np.concatenate([end[begins], time[orphan]]))

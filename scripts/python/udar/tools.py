@@ -1,0 +1,49 @@
+"""What every script needs: errors of one line, a parser that raises them, tables."""
+import argparse
+
+import numpy as np
+
+
+class UserError(Exception):
+    """Something the user must mend; its text is the one line that is printed."""
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message):
+        raise UserError(message)
+
+
+def first_line(error):
+    text = error.args[0] if isinstance(error, KeyError) and error.args else error
+    return str(text).strip().splitlines()[0] if str(text).strip() else type(error).__name__
+
+
+def one_line(text):
+    return " ".join(str(text).split())
+
+
+def read_csv(path, needed=()):
+    """Columns of a CSV file by name. A last line without its newline is a row still being written: left out."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            header = file.readline().strip().split(",")
+            body = file.read()
+    except FileNotFoundError:
+        raise UserError(f"{path}: no such file") from None
+    except UnicodeDecodeError:
+        raise UserError(f"{path}: not a text file") from None
+    missing = [name for name in needed if name not in header]
+    if missing:
+        raise UserError(f"{path}: the first line has no column '{missing[0]}'")
+    body = body[:body.rfind("\n") + 1]
+    if "event" in header:
+        body = body.replace("release", "1").replace("rest", "0")
+        header[header.index("event")] = "release"
+    lines = body.splitlines()
+    try:
+        values = np.loadtxt(lines, delimiter=",", ndmin=2, comments=None) if lines else np.empty((0, len(header)))
+    except ValueError as error:
+        raise UserError(f"{path}: {first_line(error)}") from None
+    if values.shape[1] != len(header):
+        raise UserError(f"{path}: {values.shape[1]} columns below {len(header)} names")
+    return {name: values[:, column] for column, name in enumerate(header)}
