@@ -70,9 +70,9 @@ endfunction()
 find_program(UDAR_PYTHON python3 VALIDATOR udar_has_modules DOC "Python with h5py and matplotlib")
 mark_as_advanced(UDAR_PYTHON)
 
-# udar_require(VARIABLE SOURCE MESSAGE LIBRARIES...): a configure error unless SOURCE compiles.
+# udar_require(VARIABLE SOURCE MESSAGE INCLUDES...): a configure error unless SOURCE compiles.
 function(udar_require variable source message)
-  set(CMAKE_REQUIRED_LIBRARIES ${ARGN})
+  set(CMAKE_REQUIRED_INCLUDES ${ARGN})
   set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
   set(CMAKE_REQUIRED_QUIET ON)
   check_c_source_compiles("${source}" ${variable})
@@ -86,10 +86,10 @@ udar_require(
   "#include <hdf5.h>\n#ifndef H5_HAVE_PARALLEL\n#error serial\n#endif\n"
   "udar writes results from all ranks and needs a parallel HDF5 (Debian: libhdf5-openmpi-dev); "
     "found a serial one: ${UDAR_HDF5_INCLUDE_DIRS}"
-  PkgConfig::UDAR_HDF5 MPI::MPI_C)
+  ${UDAR_HDF5_INCLUDE_DIRS} ${MPI_C_INCLUDE_DIRS})
 udar_require(
   UDAR_PETSC_IS_REAL
   "#include <petscsys.h>\n#if defined(PETSC_USE_COMPLEX) || !defined(PETSC_USE_REAL_DOUBLE)\n#error scalar\n#endif\n"
   "udar needs a PETSc built for real double scalars (Debian: libpetsc-real-dev); "
     "found another: ${UDAR_PETSC_INCLUDE_DIRS}"
-  PkgConfig::UDAR_PETSC MPI::MPI_C)
+  ${UDAR_PETSC_INCLUDE_DIRS} ${MPI_C_INCLUDE_DIRS})
