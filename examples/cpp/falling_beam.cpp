@@ -36,20 +36,18 @@ int main(int argc, char** argv) {
     const udar::petsc::Session session{argc, argv, "A beam falls on two supports\n"};
 
     const udar::Section section = udar::circle_section(0.1, 0.3);  // radius [m], Poisson's ratio
-    udar::BeamParameters parameters;
-    parameters.segments.push_back({.length = 10.0,
-                                   .elements = 20,
-                                   .bending_stiffness = 2.1e11 * section.inertia,
-                                   .mass_per_length = 7850.0 * section.area});
-    const udar::BeamChain beam{PETSC_COMM_WORLD, parameters};
-    udar::FilteredStructure line{beam, {.filter_frequency = 100.0}};
-    const udar::Loads gravity{beam, 9.81, {}};
-    udar::InitialState initial;
-    initial.height = 1.0;
-    udar::Equations equations{line, gravity, initial};
-    udar::ImpactDynamics dynamics{equations, {{.position = 2.0}, {.position = 8.0}}, initial};
+    udar::ModelParameters parameters;
+    parameters.beam.segments = {{.length = 10.0,
+                                 .elements = 20,
+                                 .bending_stiffness = 2.1e11 * section.inertia,
+                                 .mass_per_length = 7850.0 * section.area}};
+    parameters.filter.filter_frequency = 100.0;
+    parameters.initial.height = 1.0;
+    parameters.supports = {{.position = 2.0}, {.position = 8.0}};
+    udar::Model model{PETSC_COMM_WORLD, parameters};
+    udar::ImpactDynamics dynamics{model};
 
-    MiddlePrinter printer{beam};
+    MiddlePrinter printer{model.beam};
     dynamics.add_observer(printer);
     dynamics.solve();
 

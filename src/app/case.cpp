@@ -5,6 +5,17 @@
 
 namespace udar::app {
 
+ModelParameters Case::model() const {
+  return {.beam = beam,
+          .filter = filter,
+          .gravity = gravity,
+          .loads = loads,
+          .damping = damping,
+          .initial = initial,
+          .supports = supports,
+          .contact = contact};
+}
+
 Case read_case(MPI_Comm comm) {
   Case input;
   Formulation formulation = Formulation::mixed;

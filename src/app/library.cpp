@@ -4,18 +4,14 @@
 
 #include "udar/app/run.hpp"
 #include "udar/filter/pc_chain.hpp"
-#include "udar/integrators/ts_chebyshev.hpp"
-#include "udar/integrators/ts_impact.hpp"
-#include "udar/integrators/ts_moreau.hpp"
+#include "udar/integrators/configure.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::app {
 
 void register_types() {
   UDAR_CALL(register_pc_chain());
-  UDAR_CALL(register_ts_chebyshev());
-  UDAR_CALL(register_ts_impact());
-  UDAR_CALL(register_ts_moreau());
+  register_integrators();
 }
 
 }  // namespace udar::app

@@ -22,11 +22,11 @@
 #include "udar/app/case_text.hpp"
 #include "udar/app/echo.hpp"
 #include "udar/app/filter_choice.hpp"
-#include "udar/app/model.hpp"
 #include "udar/app/output_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/app/stop_signals.hpp"
 #include "udar/app/view.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/filter/modes.hpp"
 #include "udar/io/checkpoint.hpp"
 #include "udar/io/run_directory.hpp"
@@ -257,20 +257,20 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   }
   settle_force_window(input);
   std::vector<Mode> modes;
-  Model assembly{comm, input, [&](FilteredStructure& line) {
-                   if (help) {
-                     return;
-                   }
-                   modes = modes_to_show(input, line);
-                   for (const PetscInt number : correct_modes(line, input.filter)) {
-                     if (number <= static_cast<PetscInt>(modes.size())) {
-                       modes[static_cast<std::size_t>(number - 1)].corrected = true;
-                     }
-                   }
-                 }};
-  const BeamChain& beam = assembly.beam;
-  FilteredStructure& line = assembly.line;
-  ImpactDynamics dynamics = assembly.motion();
+  Model model{comm, input.model(), [&](FilteredStructure& line) {
+                if (help) {
+                  return;
+                }
+                modes = modes_to_show(input, line);
+                for (const PetscInt number : correct_modes(line, input.filter)) {
+                  if (number <= static_cast<PetscInt>(modes.size())) {
+                    modes[static_cast<std::size_t>(number - 1)].corrected = true;
+                  }
+                }
+              }};
+  const BeamChain& beam = model.beam;
+  FilteredStructure& line = model.line;
+  ImpactDynamics dynamics{model};
   if (help) {
     return {};
   }

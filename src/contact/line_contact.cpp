@@ -51,12 +51,27 @@ std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<S
   return points;
 }
 
+/// What supports can do to masses alone.
+void refuse_what_masses_need(const Support& support) {
+  const std::string where{" `contact surface` line or `filter frequency` none"};
+  if (std::isfinite(support.yield_speed)) {
+    throw InputError{"support yield speed: masses meet supports that yield; not allowed with" + where};
+  }
+  if (support.elastic() && support.damping > 0.0) {
+    throw InputError{
+        "support damping: a damper that holds the massless line moves by a rate of its own, which "
+        "no mass has; expected 0 with" +
+        where + " [N s/m]"};
+  }
+}
+
 }  // namespace
 
 LineContact::LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points)
     : line_{&line} {
   const BeamChain& beam = line.beam();
   static_cast<void>(find_contact_sets(beam, supports));  // all is well with them
+  std::ranges::for_each(supports, refuse_what_masses_need);
   const bool many = are_many(beam, supports, dense_points);
   points_ = contact_points(beam, supports, many ? beam.begin() : 0, many ? beam.end() - 1 : beam.nodes() - 1);
   std::ranges::stable_sort(points_, {}, &LinePoint::node);  // neighbours on the line are neighbours in the matrix

@@ -1,26 +1,6 @@
 #include "udar/integrators/integrator.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
-#include "udar/petsc/error.hpp"
-
 namespace udar {
-
-double time_resolution(double time) {
-  constexpr double kInstantUnits = 4.0;  // units in the last place
-  return kInstantUnits * std::numeric_limits<double>::epsilon() * std::abs(time);
-}
-
-double step_tolerance(TS stepper, const MotionScale& scale) {
-  double atol = 0.0;
-  double rtol = 0.0;
-  PetscBool given = PETSC_FALSE;
-  UDAR_CALL(TSGetTolerances(stepper, &atol, nullptr, &rtol, nullptr));
-  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_atol", &given));
-  return rtol + (given == PETSC_TRUE ? atol / std::max(scale.length, scale.velocity) : 0.0);
-}
 
 void save_line(const LineState& line, MotionState& state) {
   state.fields["stretch"] = line.stretch;

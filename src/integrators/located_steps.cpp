@@ -27,7 +27,7 @@ constexpr int kMostCorrections = 12;
 
 }  // namespace
 
-LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
+LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem, bool own_absolute_tolerance)
     : stepper_{stepper},
       equations_{problem.equations},
       contact_{problem.contact},
@@ -38,12 +38,6 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
   TSType type = nullptr;
   UDAR_CALL(TSGetType(stepper_, &type));
   const std::string_view name{type};
-  if (name != TSRK && name != TSEULER && name != TSSSP) {
-    throw InputError{
-        "ts type: '" + std::string{name} +
-        "' is not allowed, expected one of chebyshev, impact, rk, euler, ssp; the filtered motion is an explicit "
-        "system Y' = f(t, Y) without Jacobian or splitting, which this integrator would need"};
-  }
   first_stage_at_start_ = name == TSRK || name == TSEULER;
   if (name == TSRK) {
     PetscBool same_as_last = PETSC_FALSE;
@@ -56,9 +50,7 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem)
   UDAR_CALL(TSGetSolution(stepper_, &state_));
   UDAR_CALL(VecDuplicate(state_, start_state_.put()));
   UDAR_CALL(TSSetRHSFunction(stepper_, nullptr, rhs_callback, this));
-  PetscBool given = PETSC_FALSE;
-  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_atol", &given));
-  if (given == PETSC_FALSE) {
+  if (own_absolute_tolerance) {
     UDAR_CALL(VecDuplicate(state_, absolute_.put()));
     UDAR_CALL(TSSetTolerances(stepper_, PETSC_DEFAULT, absolute_, PETSC_DEFAULT, nullptr));
     set_absolute_tolerance();

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "udar/integrators/configure.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/composed.hpp"
 #include "udar/petsc/error.hpp"

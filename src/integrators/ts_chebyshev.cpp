@@ -32,6 +32,8 @@ constexpr int kNewtonSteps = 20;
 
 class Chebyshev final : public ProblemIntegrator {
  public:
+  [[nodiscard]] Features can() const override { return kChebyshevType.can; }
+
   void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
     UDAR_CALL(PetscOptionsInt("-ts_chebyshev_terms_max",
                               "most terms of a step; 16 bytes per node each, two line solves each", "TSCHEBYSHEV",
@@ -135,11 +137,6 @@ class Chebyshev final : public ProblemIntegrator {
   static constexpr double kTolerance = 1e-14;
 
   void prepare() override {
-    if (equations_->line_contact() != nullptr) {
-      throw InputError{
-          "ts type: chebyshev propagates what is linear between impacts, and the line that supports hold "
-          "(`contact surface` line) is not; choose impact or rk"};
-    }
     motion_.emplace(equations_->line());
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }

@@ -48,6 +48,8 @@ constexpr double kLongestCut = 0.999;
 
 class Impact final : public ProblemIntegrator {
  public:
+  [[nodiscard]] Features can() const override { return kImpactType.can; }
+
   void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
     UDAR_CALL(
         PetscOptionsInt("-ts_impact_moments",

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <vector>
 
 #include "udar/contact/line_contact.hpp"
@@ -23,6 +22,8 @@ constexpr double kLying = 1e-6;
 
 class Moreau final : public ProblemIntegrator {
  public:
+  [[nodiscard]] Features can() const override { return kMoreauType.can; }
+
   void set_from_options(TS /*stepper*/, PetscOptionItems* /*PetscOptionsObject*/) override {}
 
   void start(const LineState& /*line*/) override { ProblemIntegrator::begin_step(); }
@@ -52,8 +53,9 @@ class Moreau final : public ProblemIntegrator {
   }
 
   void view(TS /*stepper*/, PetscViewer viewer) const override {
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  Moreau-Jean scheme: step %g s, theta 1/2, %d contact nodes\n", step_,
-                                     static_cast<int>(contact_nodes_ ? contact_nodes_->points().size() : 0)));
+    UDAR_CALL(
+        PetscViewerASCIIPrintf(viewer, "  Moreau-Jean scheme: step %g s, theta 1/2, %d contact nodes\n", step_,
+                               static_cast<int>(contact_nodes_ != nullptr ? contact_nodes_->points().size() : 0)));
   }
 
   [[nodiscard]] double next_step() const override { return step_; }
@@ -78,18 +80,12 @@ class Moreau final : public ProblemIntegrator {
 
  private:
   void prepare() override {
-    if (!equations_->line().parameters().unfiltered) {
-      throw InputError{"ts type: moreau integrates the unfiltered beam; it needs `filter frequency` none"};
-    }
     step_ = 2.0 / wf_;
     guess_.resize(count_);
     displacement_.resize(count_);
     stretch_.resize(count_);
-    if (!contact_->supports().empty()) {
-      contact_nodes_.emplace(equations_->line(), contact_->supports(),
-                             static_cast<std::size_t>(contact_->parameters().line_dense_max));
-      force_.resize(contact_nodes_->points().size());
-    }
+    contact_nodes_ = equations_->line_contact();
+    force_.resize(contact_nodes_ != nullptr ? contact_nodes_->points().size() : 0);
   }
   void take_back() override {}
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
@@ -102,7 +98,7 @@ class Moreau final : public ProblemIntegrator {
       velocity[i] = nearer[count_ + i];
       resting[i] = 0;
     }
-    if (contact_nodes_) {
+    if (contact_nodes_ != nullptr) {
       for (const std::size_t point : contact_nodes_->mine()) {
         resting[contact_nodes_->local(point)] |= static_cast<std::uint8_t>(force_[point] > 0.0);
       }
@@ -124,7 +120,7 @@ class Moreau final : public ProblemIntegrator {
   /// stretch d from y + h/2 v-, that is d >= -(h/4)((1 + e) v- - s+ - e s-): the line held off a support, and the
   /// impulse over the step's length is the force.
   void hold() {
-    if (!contact_nodes_) {
+    if (contact_nodes_ == nullptr) {
       return;
     }
     const petsc::LogScope scope{petsc::log_events().contact};
@@ -159,7 +155,7 @@ class Moreau final : public ProblemIntegrator {
 
   void write_journal() {
     work_in_ = 0.0;
-    if (!contact_nodes_) {
+    if (contact_nodes_ == nullptr) {
       return;
     }
     const petsc::ReadArray end{state_};
@@ -191,8 +187,8 @@ class Moreau final : public ProblemIntegrator {
   }
 
   double step_ = 0.0;
-  std::optional<LineContact> contact_nodes_;
-  std::vector<double> guess_;  // y + h/2 v
+  LineContact* contact_nodes_ = nullptr;  // null: nothing to touch
+  std::vector<double> guess_;             // y + h/2 v
   std::vector<double> displacement_;
   std::vector<double> stretch_;  // ymid - guess
   std::vector<double> force_;    // by contact point [N]

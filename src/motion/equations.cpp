@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "udar/petsc/error.hpp"
 
@@ -20,8 +21,9 @@ constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeri
 
 }  // namespace
 
-Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping)
-    : line_{&line}, loads_{&loads}, damping_{damping} {
+Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping,
+                     std::unique_ptr<LineContact> contact)
+    : line_{&line}, loads_{&loads}, damping_{damping}, line_contact_{std::move(contact)} {
   const auto require = [](const char* quantity, double value, const char* unit) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
       throw InputError{std::string{quantity} + ": " + std::to_string(value) +
@@ -30,6 +32,11 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
   };
   require("damping mass", damping.mass, "1/s");
   require("damping stiffness", damping.stiffness, "s");
+  if (line_contact_ && damping.stiffness > 0.0) {
+    throw InputError{
+        "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "
+        "the rate of the line, by which it pulls, jumps where the line is held"};
+  }
   const BeamChain& beam = line.beam();
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   axis_.reserve(count);
@@ -47,7 +54,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     displacement_[i] = mass_position[i] - axis_[i];
   }
-  if (line_->parameters().unfiltered) {
+  if (!filtered()) {
     std::ranges::fill(state.stretch, 0.0);
     if (with_moment) {
       line_->moments_of(displacement_, state.moment);
@@ -57,7 +64,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   line_->solve(displacement_, loads_->force(at, work_), state.stretch, state.moment);
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
-  if (line_contact_ != nullptr) {
+  if (line_contact_) {
     state.held = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
@@ -106,7 +113,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);
-  sums[4] = line_contact_ != nullptr ? line_contact_->spring_energy(state.contact_force) : 0.0;
+  sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());
   EnergyLedger ledger;
   ledger.kinetic = sums[0];

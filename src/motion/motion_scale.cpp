@@ -30,7 +30,8 @@ struct Cause {
 
 /// Way and speed of supports that move up to `end`; what gives way, or holds the line, moves masses no faster than
 /// their springs do.
-Cause of_supports(const Equations& equations, std::span<const ContactSet> runs, bool on_line, double end) {
+Cause of_supports(const Equations& equations, std::span<const ContactSet> runs, double end) {
+  const bool on_line = equations.filtered() && equations.line_contact() != nullptr;
   const double wf = equations.line().frequency_bound();
   Cause cause;
   for (const ContactSet& run : runs) {
@@ -156,7 +157,7 @@ void refuse_absurd(const BeamChain& beam, const MassState& masses, const Initial
 }  // namespace
 
 MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactSet> runs,
-                         bool on_line, double end) {
+                         double end) {
   const BeamChain& beam = equations.beam();
   const MassState masses = initial_masses(beam, initial);
   refuse_absurd(beam, masses, initial);
@@ -178,7 +179,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
       drop = std::max(drop, std::abs(masses.position[node] - run.height(node) - lift));
     }
   }
-  causes[motion] = of_supports(equations, runs, on_line, end);
+  causes[motion] = of_supports(equations, runs, end);
   causes[load] = of_loads(equations, end);
   const double gravity = std::abs(equations.loads().gravity());
   causes[weight].add(gravity / (wf * wf), gravity / wf);

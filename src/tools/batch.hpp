@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "udar/app/case.hpp"
-#include "udar/app/model.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::bench {
@@ -22,11 +22,11 @@ inline std::array<double, 3> run_beam(MPI_Comm comm, const app::Case& input, Pet
   app::Case own = input;
   own.initial.height *= 1.0 + kSpread * static_cast<double>(index) / static_cast<double>(beams);
   const double begin = MPI_Wtime();
-  app::Model assembly{comm, own};
-  ImpactDynamics dynamics = assembly.motion();
+  Model model{comm, own.model()};
+  ImpactDynamics dynamics{model};
   dynamics.solve();
   return {MPI_Wtime() - begin, static_cast<double>(dynamics.counts().impacts),
-          static_cast<double>(assembly.line.solves())};
+          static_cast<double>(model.line.solves())};
 }
 
 /// Deals the beams to groups of ranks and prints the throughput as one JSON object.

@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "udar/app/case.hpp"
-#include "udar/app/model.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -109,14 +108,13 @@ inline void leapfrog(const Motion& motion, Equations& equations, double angle, R
 }
 
 inline Result run(const Bench& bench, const Motion& motion, const Method& method) {
-  app::Case input;
-  input.beam = bench.beam;
-  input.beam.segments[0].elements = motion.elements;
-  input.filter.filter_frequency = kFilter;
-  input.gravity = motion.gravity;
-  input.initial = motion.initial;
-  input.supports = motion.supports;
-  app::Model assembly{bench.comm, input};
+  ModelParameters parameters{.beam = bench.beam,
+                             .filter = {.filter_frequency = kFilter},
+                             .gravity = motion.gravity,
+                             .initial = motion.initial,
+                             .supports = motion.supports};
+  parameters.beam.segments[0].elements = motion.elements;
+  Model model{bench.comm, parameters};
   Result result;
   const auto& events = petsc::log_events();
   const auto since = [](petsc::EventTotals now, petsc::EventTotals before) {
@@ -126,7 +124,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
   const auto solve = petsc::event_totals(events.solve);
   const auto begin = std::chrono::steady_clock::now();
   if (method.leapfrog > 0.0) {
-    leapfrog(motion, assembly.equations, method.leapfrog, result);
+    leapfrog(motion, model.equations, method.leapfrog, result);
   } else {
     auto options = method.options;
     options.emplace_back("-ts_max_time", std::to_string(motion.end));
@@ -134,7 +132,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
       UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value.c_str()));
     }
     {
-      ImpactDynamics dynamics = assembly.motion();
+      ImpactDynamics dynamics{model};
       Samples samples{motion.end / kSamples, result.positions};
       dynamics.add_observer(samples);
       dynamics.solve();
@@ -145,7 +143,7 @@ inline Result run(const Bench& bench, const Motion& motion, const Method& method
     for (const auto& [key, value] : options) {
       UDAR_CALL(PetscOptionsClearValue(nullptr, key.c_str()));
     }
-    result.solves = assembly.line.solves() - kSamples - 1;
+    result.solves = model.line.solves() - kSamples - 1;
   }
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   result.local = since(petsc::event_totals(events.local_motion), local);

@@ -152,11 +152,11 @@ REFUSED = {
     "three_motions_two_supports": ({"support_motion": "table.csv,none,none"}, ["-support_motion", "3", "2"]),
     "motion_by_chebyshev": (
         {"support_motion": "motion.csv", "ts_type": "chebyshev"},
-        ["-ts_type", "chebyshev", "-support_motion", "impact or rk", "cubic"],
+        ["-ts_type", "chebyshev", "-support_motion", "impact, rk", "cubic"],
     ),
     "spring_by_chebyshev": (
         {"support_stiffness": 1e6, "ts_type": "chebyshev"},
-        ["-ts_type", "chebyshev", "-support_stiffness", "impact or rk", "matrix"],
+        ["-ts_type", "chebyshev", "-support_stiffness", "impact, rk", "matrix"],
     ),
     "damper_under_the_line": (
         {"support_stiffness": 1e6, "support_damping": 10, "contact_surface": "line"},
@@ -182,7 +182,7 @@ REFUSED = {
     "infinite_damping": ({"damping_stiffness": "inf"}, ["-damping_stiffness", "inf", ">= 0", "[s]"]),
     "damping_by_chebyshev": (
         {"damping_mass": 1, "ts_type": "chebyshev"},
-        ["-ts_type", "chebyshev", "-damping_mass", "impact or rk"],
+        ["-ts_type", "chebyshev", "-damping_mass", "impact, rk"],
     ),
     "damping_under_line_contact": (
         {"damping_stiffness": 1e-3, "contact_surface": "line"},

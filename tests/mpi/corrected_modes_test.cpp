@@ -192,26 +192,19 @@ TEST(CorrectedModes, HaveTheirOwnFrequenciesAndTheOthersTheFilteredOnes) {
   expect_corrected_spectrum(held_beam(kEnds[2], 20), 100.0, {1}, Formulation::hermite);
 }
 
-/// A run with corrected modes; as `Fall`, whose integrator would not know of them.
-struct CorrectedFall {
-  BeamChain beam;
-  FilteredStructure line;
-  Loads loads;
-  Equations equations;
-  ImpactDynamics dynamics;
-
-  CorrectedFall(const std::vector<std::size_t>& named, double gravity, const InitialState& initial,
-                std::vector<Support> supports, const std::vector<NodalLoad>& nodal = {})
-      : beam{PETSC_COMM_WORLD, test::steel_beam(20)},
-        line{beam, {.filter_frequency = 100.0}},
-        loads{beam, gravity, nodal},
-        equations{correct(line, named), loads, initial},
-        dynamics{equations, std::move(supports), initial, {}} {}
-
-  static FilteredStructure& correct(FilteredStructure& line, const std::vector<std::size_t>& named) {
-    line.correct(corrected(exact_modes(line.beam(), line.parameters(), 4), named));
-    return line;
-  }
+/// A run with corrected modes.
+struct CorrectedFall : test::Fall {
+  CorrectedFall(const std::vector<std::size_t>& named, double gravity, const InitialState& at_start,
+                std::vector<Support> under, const std::vector<NodalLoad>& nodal = {})
+      : Fall{{.beam = test::steel_beam(20),
+              .filter = {.filter_frequency = 100.0},
+              .gravity = gravity,
+              .loads = nodal,
+              .initial = at_start,
+              .supports = std::move(under)},
+             [&](FilteredStructure& made) {
+               made.correct(corrected(exact_modes(made.beam(), made.parameters(), 4), named));
+             }} {}
 };
 
 class Motion : public testing::TestWithParam<const char*> {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -27,24 +28,29 @@ inline BeamParameters steel_beam(PetscInt elements) {
 }
 
 constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};
+/// Without filter, in steps of this length [s].
+inline FilterParameters unfiltered(double step) { return {.filter_frequency = 2.0 / step, .unfiltered = true}; }
+
 constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = BeamEnd::kRigid};
 
 /// A whole run: build, then set PETSc options that shape the integration, then `solve`.
-struct Fall {
-  BeamChain beam;
-  FilteredStructure line;
-  Loads loads;
-  Equations equations;
+struct Fall : Model {
   ImpactDynamics dynamics;
 
-  Fall(BeamParameters parameters, double filter_frequency, double gravity, const InitialState& initial,
-       std::vector<Support> supports, ContactParameters contact = {}, const std::vector<NodalLoad>& nodal = {},
+  explicit Fall(const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare = {})
+      : Model{PETSC_COMM_WORLD, parameters, prepare}, dynamics{*this} {}
+
+  Fall(BeamParameters bar, double filter_frequency, double gravity, const InitialState& at_start,
+       std::vector<Support> under, ContactParameters touching = {}, const std::vector<NodalLoad>& nodal = {},
        const Damping& damping = {})
-      : beam{PETSC_COMM_WORLD, std::move(parameters)},
-        line{beam, {.filter_frequency = filter_frequency}},
-        loads{beam, gravity, nodal},
-        equations{line, loads, initial, damping},
-        dynamics{equations, std::move(supports), initial, contact} {}
+      : Fall{{.beam = std::move(bar),
+              .filter = {.filter_frequency = filter_frequency},
+              .gravity = gravity,
+              .loads = nodal,
+              .damping = damping,
+              .initial = at_start,
+              .supports = std::move(under),
+              .contact = touching}} {}
 };
 
 /// Of the masses at the end of a run [kg m/s], on every rank.

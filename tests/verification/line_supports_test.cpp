@@ -346,19 +346,18 @@ TEST(LineSupportsOfAllKinds, EverStifferSpringsAreRigidInTheEnd) {
 /// the table. A rigid bar of one element falls by them as a ball does.
 TEST(Moreau, ALoadMayJumpWithinAStep) {
   const test::Option end{"-ts_max_time", "1"};
-  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
-  FilteredStructure line{beam, {.filter_frequency = 2.0 / 0.01, .unfiltered = true}};
   const NodalLoad pulse{.position = 5.0, .time = {0.1234, 0.1234, 0.4567, 0.4567}, .force = {0.0, 3000.0, 3000.0, 0.0}};
-  const Loads loads{beam, 0.0, {pulse}};
-  const InitialState initial{.height = 1.0, .velocity = 0.5};
-  Equations equations{line, loads, initial};
-  ImpactDynamics dynamics{equations, {}, initial, {}};
+  test::Fall bar{{.beam = test::steel_beam(8),
+                  .filter = test::unfiltered(0.01),
+                  .gravity = 0.0,
+                  .loads = {pulse},
+                  .initial = {.height = 1.0, .velocity = 0.5}}};
   test::Recorder record{0.1};
-  dynamics.add_observer(record);
-  dynamics.solve();
-  const double before = 0.5 * beam.total_mass();
+  bar.dynamics.add_observer(record);
+  bar.dynamics.solve();
+  const double before = 0.5 * bar.beam.total_mass();
   const double impulse = 3000.0 * (0.4567 - 0.1234);
-  EXPECT_NEAR(test::momentum_of(line, dynamics), before + impulse, 1e-11 * impulse);
+  EXPECT_NEAR(test::momentum_of(bar.line, bar.dynamics), before + impulse, 1e-11 * impulse);
   EXPECT_LT(record.largest_drift(), 1e-11);
 }
 
@@ -370,14 +369,14 @@ TEST(MoreauOnMovingSupports, ABeamRidesOnAShakenTable) {
   double worst_before = 0.0;
   for (const double step : {1e-3, 5e-4}) {
     const test::Option end{"-ts_max_time", "0.75"};
-    const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(6)};
-    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
-    const Loads loads{beam, kGravity, {}};
-    const InitialState initial{.height = 0.0};
-    Equations equations{line, loads, initial};
     Support support = table(kRigid, motion);
     support.restitution = 0.0;
-    ImpactDynamics dynamics{equations, {support}, initial};
+    test::Fall ride{{.beam = test::steel_beam(6),
+                     .filter = test::unfiltered(step),
+                     .gravity = kGravity,
+                     .initial = {.height = 0.0},
+                     .supports = {support}}};
+    ImpactDynamics& dynamics = ride.dynamics;
     test::Recorder record{0.05};
     dynamics.add_observer(record);
     dynamics.solve();
@@ -409,16 +408,16 @@ TEST(MoreauOnMovingSupports, TheRelativeVelocityTurnsRound) {
     const double step = 1e-4;
     const double rise = 2.0;
     const test::Option end{"-ts_max_time", "0.3"};
-    const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(6)};
-    FilteredStructure line{beam, {.filter_frequency = 2.0 / step, .unfiltered = true}};
-    const Loads loads{beam, 0.0, {}};
-    const InitialState initial{.height = 0.2, .velocity = 0.5};  // it runs away, and is caught up with
-    Equations equations{line, loads, initial};
     Support support =
         table(kRigid, std::make_shared<SupportMotion>(std::vector<double>{0.0, 1.0}, std::vector<double>{0.0, rise},
                                                       std::vector<double>{rise, rise}));
     support.restitution = e;
-    ImpactDynamics dynamics{equations, {support}, initial};
+    test::Fall chase{{.beam = test::steel_beam(6),
+                      .filter = test::unfiltered(step),
+                      .gravity = 0.0,
+                      .initial = {.height = 0.2, .velocity = 0.5},  // it runs away, and is caught up with
+                      .supports = {support}}};
+    ImpactDynamics& dynamics = chase.dynamics;
     test::Recorder record{0.05};
     dynamics.add_observer(record);
     dynamics.solve();
@@ -427,7 +426,7 @@ TEST(MoreauOnMovingSupports, TheRelativeVelocityTurnsRound) {
       EXPECT_EQ(dynamics.counts().impacts, 7) << "every mass is hit once, from behind";
     }
     const double after = rise + e * 1.5;
-    const double mass = beam.total_mass();
+    const double mass = chase.beam.total_mass();
     for (const double v : dynamics.masses().velocity) {
       EXPECT_NEAR(v, after, 1e-9);
     }

@@ -233,13 +233,12 @@ std::vector<double> fall(const char* type, PetscInt dense, double& drift, double
   const test::Option step{"-ts_dt", "2e-4"};
   const test::Option adapt{"-ts_adapt_type", std::string{type} == "rk" ? "none" : "basic"};
   const test::Option rtol{"-ts_rtol", "1e-8"};
-  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
-  FilteredStructure line{beam, {.filter_frequency = moreau ? 1e4 : kFrequency, .unfiltered = moreau}};
-  const Loads loads{beam, 9.81, {}};
-  const InitialState initial{.height = 0.05, .slope = 0.005, .velocity = -2.0};
-  Equations equations{line, loads, initial};
-  ImpactDynamics dynamics{
-      equations, {Support::floor(0.0, 1.0)}, initial, {.surface = ContactSurface::line, .line_dense_max = dense}};
+  test::Fall fall{{.beam = test::steel_beam(40),
+                   .filter = moreau ? test::unfiltered(2e-4) : FilterParameters{.filter_frequency = kFrequency},
+                   .initial = {.height = 0.05, .slope = 0.005, .velocity = -2.0},
+                   .supports = {Support::floor(0.0, 1.0)},
+                   .contact = {.surface = ContactSurface::line, .line_dense_max = dense}}};
+  ImpactDynamics& dynamics = fall.dynamics;
   test::Recorder record{0.01};  // the ledger is that of the last row
   dynamics.add_observer(record);
   dynamics.solve();

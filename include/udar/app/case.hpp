@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "udar/contact/support.hpp"
-#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/dynamics/model.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/initial_state.hpp"
@@ -55,6 +55,9 @@ struct Case {
   RestartParameters restart;
   double end_time = 1.0;  ///< [s]
   bool view = false;
+
+  /// What of it makes the model, its filter frequency chosen.
+  [[nodiscard]] ModelParameters model() const;
 };
 
 /// @brief Reads -beam_* and -filter_*: what a line solve needs, for programs that do less than `udar`.

@@ -30,7 +30,7 @@ class LineContact {
 
   /// @param dense_points more contact points than these under one support are many
   /// @note Collective: few points, a line solve for each and one reduction.
-  /// @throws InputError as `find_contact_sets`, and as `ObstacleForces` for many
+  /// @throws InputError as `find_contact_sets`, as `ObstacleForces` for many, and for supports that yield or are damped
   LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return line_->beam().comm(); }

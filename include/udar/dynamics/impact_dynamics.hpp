@@ -4,14 +4,19 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <optional>
+#include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
-#include "udar/integrators/integrator.hpp"
+#include "udar/dynamics/model.hpp"
+#include "udar/dynamics/run_checks.hpp"
+#include "udar/dynamics/snapshot_schedule.hpp"
+#include "udar/integrators/configure.hpp"
 #include "udar/motion/contact_state.hpp"
-#include "udar/motion/equations.hpp"
+#include "udar/motion/energy_balance.hpp"
+#include "udar/motion/kinks.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/handle.hpp"
 
 namespace udar {
@@ -25,25 +30,23 @@ struct RunCounts : ContactCounts {
   PetscInt row_line_solves = 0;  ///< for rows that observers asked for
 };
 
-/// @brief Integrates the filtered equations with a PETSc `TS` and lets masses hit, rest on and leave rigid supports.
+/// @brief Runs a model with a PETSc `TS`: its masses hit, rest on and leave supports.
 ///
-/// `-ts_type chebyshev` (default where at most ten nodes can touch) and `impact` (else) meet impacts themselves; around
-/// PETSc's own explicit types `LocatedSteps` does.
-/// This class runs them: it takes snapshots from their dense output, keeps the energy ledger and tells the observers.
-/// @note Options: all of `-ts_*`. Collective throughout. The referenced objects must outlive this one.
+/// `configure_stepping` chooses the integrator. This class takes snapshots from its dense output, ends steps at kinks
+/// and events, keeps the energy balance and tells the observers.
+/// @note Options: all of `-ts_*`. Collective throughout.
 class ImpactDynamics {
  public:
-  /// On `ContactSurface::line` the equations' line is held by the supports as long as this object lives.
+  /// @param model must outlive this object
   /// @throws InputError if a mass starts on the wrong side of a support, or `-ts_type` names an integrator that cannot
   /// be used
-  ImpactDynamics(Equations& equations, std::vector<Support> supports, const InitialState& initial,
-                 ContactParameters parameters = {});
+  explicit ImpactDynamics(Model& model);
   ImpactDynamics(const ImpactDynamics&) = delete;
   ImpactDynamics& operator=(const ImpactDynamics&) = delete;
-  ~ImpactDynamics();
+  ~ImpactDynamics() = default;
 
   /// Adds a listener; it must outlive the run.
-  void add_observer(Observer& observer);
+  void add_observer(Observer& observer) { schedule_.add(observer); }
   /// Asked on every rank once per step, and between rows where a step has many; when it says true on any rank the run
   /// stops after that step, or before it and goes on after the last row when it is restarted.
   void set_stop_request(std::function<bool()> stop) { stop_requested_ = std::move(stop); }
@@ -52,19 +55,19 @@ class ImpactDynamics {
   /// @throws SolveError if the integration or a line solve fails; the state is then that of the last good step
   void solve();
 
-  [[nodiscard]] TS stepper() const noexcept { return ts_; }
-  [[nodiscard]] double time() const noexcept { return time_; }          ///< [s], of the last good step
-  [[nodiscard]] double end_time() const noexcept { return end_time_; }  ///< [s]
+  [[nodiscard]] TS stepper() const noexcept { return stepping_.ts; }
+  [[nodiscard]] double time() const noexcept { return time_; }                   ///< [s], of the last good step
+  [[nodiscard]] double end_time() const noexcept { return stepping_.end_time; }  ///< [s]
   /// Whether the run reached its end (not stopped by a request or by `-ts_max_steps`).
   [[nodiscard]] bool completed() const noexcept { return completed_; }
   [[nodiscard]] RunCounts counts() const;
   /// What the integrator counts of its own, by name.
-  [[nodiscard]] std::map<std::string, PetscInt> tally() const { return stepper_->tally(); }
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const { return stepping_.integrator->tally(); }
   /// @brief Bytes that the integrator and its line solves so far had to move between memory and this rank; 0: not
   /// known.
   [[nodiscard]] double streamed_bytes() const;
   [[nodiscard]] const ContactState& contact() const noexcept { return contact_; }
-  [[nodiscard]] const EnergyLedger& energy() const noexcept { return ledger_; }  ///< at the last snapshot
+  [[nodiscard]] const EnergyLedger& energy() const noexcept { return balance_.ledger(); }  ///< at the last snapshot
   /// What snapshots hold, in this order.
   [[nodiscard]] static std::vector<FieldInfo> fields();
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].
@@ -81,70 +84,53 @@ class ImpactDynamics {
   void restore(const MotionState& state);
 
  private:
-  struct Due {
-    Observer* observer = nullptr;
-    PetscInt next = 0;   // multiple of its interval
-    bool ended = false;  // has had the row at the end of the run
+  /// What observers see of one time.
+  struct Row {
+    MassState masses;
+    std::vector<std::uint8_t> resting;
+    LineState line;
+    std::vector<double> line_position;
+    std::vector<double> shear;
+    std::vector<double> support_impulse;
+
+    [[nodiscard]] std::vector<Field> fields() const;
   };
 
-  void refuse_overlap(const MassState& masses) const;
-  [[nodiscard]] TSType default_type() const;
-  void refuse_on_line(const Support& support) const;
-  void refuse_supports() const;
-  void configure_stepper();
-  void refuse_hops_without_length() const;
+  [[nodiscard]] petsc::Vector place_masses(const InitialState& initial);
   void start();
+  void settle_at_start();
   void after_step();
-  [[nodiscard]] std::string fallen_through(double time) const;
-  void refuse_standstill(double time);
-  [[nodiscard]] double tolerated_energy() const;
+  void judge_step(double time, double& stop);
   void limit_step(double next_step);
   void tell_events();
+  void tell_progress();
   void emit_snapshots(double until);
   [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
-  void snapshot(double time, double until);
-  [[nodiscard]] std::vector<Field> shown_fields() const;
-  [[nodiscard]] double changing_load_work(double until) const;
-  [[nodiscard]] double piece_begin(double time) const;
+  void fill(Row& row, double time, double until);
+  [[nodiscard]] ToleratedError tolerated_error() const;
   void jump_loads(double begin);
-  [[nodiscard]] bool on_first_rank() const { return equations_->beam().begin() == 0; }
+  [[nodiscard]] std::size_t count() const { return model_->line.mass().size(); }
   static PetscErrorCode post_step_callback(TS stepper);
 
-  Equations* equations_;
-  std::optional<LineContact> line_contact_;
+  Model* model_;
   std::vector<ContactSet> near_;  // nodes under supports, whoever touches
   ImpactProblem problem_;
   ContactState contact_;
-  std::size_t count_;
-  petsc::TimeStepper ts_;
+  Kinks kinks_;
+  EnergyBalance balance_;
   petsc::Vector state_;  // [Ym, Vm] of the local nodes
-  std::unique_ptr<Integrator> located_;
-  Integrator* stepper_ = nullptr;  // inside ts_, or located_
+  Stepping stepping_;
+  SnapshotSchedule schedule_;
+  StandstillGuard standstill_;
+  std::function<bool()> stop_requested_;
   double time_ = 0.0;
-  double end_time_ = 0.0;
   double wanted_step_ = 0.0;
   bool step_was_cut_ = false;
-  PetscInt events_at_once_ = 0;
-  PetscInt short_steps_ = 0;
-
-  std::vector<Observer*> observers_;
-  std::vector<Due> due_;
-  std::function<bool()> stop_requested_;
   double last_row_time_ = 0.0;  // later than time_ only where a stop came between the rows of a step
-  MassState shown_;             // of the snapshot at hand
-  std::vector<std::uint8_t> shown_resting_;
-  LineState shown_line_;
-  std::vector<double> shown_shear_;
-  std::vector<double> shown_impulse_;  // of each support
-  EnergyLedger ledger_;
   PetscInt row_line_solves_ = 0;
-  std::vector<double> kinks_;  // of loads and moving supports, ascending [s]
-  bool flows_ = false;         // energy flows through supports or dampers
-  double load_work_ = 0.0;     // local share up to the start of the step
   PetscInt steps_ = 0;
   PetscInt rejected_steps_ = 0;
-  bool started_ = false;
-  bool restored_ = false;
+  enum class Phase : std::uint8_t { fresh, restored, running } phase_ = Phase::fresh;
   bool completed_ = false;
 };
 

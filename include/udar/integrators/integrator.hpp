@@ -10,8 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "udar/integrators/features.hpp"
 #include "udar/motion/contact_state.hpp"
+#include "udar/motion/dense_output.hpp"
 #include "udar/motion/equations.hpp"
+#include "udar/motion/kinks.hpp"
 #include "udar/motion/motion_scale.hpp"
 #include "udar/motion/motion_state.hpp"
 
@@ -24,13 +27,11 @@ struct ImpactProblem {
   MotionScale scale{};
 };
 
-/// @brief The dense output of the last step and its end; one implementation for each way to meet impacts.
-class Integrator {
+/// @brief The last step, its dense output and its end; one implementation for each way to meet impacts.
+class Integrator : public DenseOutput {
  public:
-  Integrator() = default;
-  Integrator(const Integrator&) = delete;
-  Integrator& operator=(const Integrator&) = delete;
-  virtual ~Integrator() = default;
+  /// What it knows of the things that not all integrators know.
+  [[nodiscard]] virtual Features can() const = 0;
 
   /// @brief Takes up the motion at the state of the TS and of contact. @param line where the line stands there
   /// @note Collective.
@@ -48,25 +49,8 @@ class Integrator {
   /// Whether no other length will do.
   [[nodiscard]] virtual bool fixed_step() const { return false; }
 
-  /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
-  virtual void masses(double time, std::span<double> position, std::span<double> velocity,
-                      std::span<std::uint8_t> resting) const = 0;
-  /// @brief Integral of Ym and the stretch [m s] at a local node that has a load, from the start of the step to a time
-  /// within it.
-  [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
-
-  /// @brief Where the line is at such a node and time [m]; asked for only where a load jumps within a step, which those
-  /// of fixed length alone do not end at.
-  [[nodiscard]] virtual double line_place(std::size_t /*node*/, double /*at*/) const { return 0.0; }
-
   /// Ym [m], then Vm [m/s], of the local nodes at the start of the step.
   [[nodiscard]] virtual std::span<const double> start_of_step() const = 0;
-
-  /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
-  [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
-  /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
-  /// a time within it; asked for where loads change. @note Collective.
-  [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }
 
   /// Steps taken again to end at an event.
   [[nodiscard]] virtual PetscInt repeated_steps() const { return 0; }
@@ -89,12 +73,5 @@ class Integrator {
 /// @throws InputError naming -restart_file if something is missing or not of `size`
 void save_line(const LineState& line, MotionState& state);
 [[nodiscard]] LineState saved_line(const MotionState& state, std::size_t size);
-
-/// @brief Error that a step of our own types may make, relative to the motion's scale: `-ts_rtol`, and `-ts_atol` over
-/// the scale if it is given.
-[[nodiscard]] double step_tolerance(TS stepper, const MotionScale& scale);
-
-/// How far two times may differ and still be the same instant [s].
-[[nodiscard]] double time_resolution(double time);
 
 }  // namespace udar

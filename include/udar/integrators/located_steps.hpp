@@ -22,9 +22,14 @@ namespace udar {
 /// integrator restarts. Source: docs/theory.md, "Contact in the post-step".
 class LocatedSteps final : public Integrator {
  public:
-  /// Sets the right-hand side of `stepper`, whose solution vector is set: Ym, then Vm of the local nodes.
-  LocatedSteps(TS stepper, const ImpactProblem& problem);
+  static constexpr Features kCan{Feature::filtered,         Feature::line_contact, Feature::moving_supports,
+                                 Feature::elastic_supports, Feature::mass_damping, Feature::stiffness_damping};
 
+  /// Sets the right-hand side of `stepper`, whose solution vector is set: Ym, then Vm of the local nodes.
+  /// @param own_absolute_tolerance of the step control, relative to the motion's scale, instead of the TS's
+  LocatedSteps(TS stepper, const ImpactProblem& problem, bool own_absolute_tolerance);
+
+  [[nodiscard]] Features can() const override { return kCan; }
   void start(const LineState& line) override;
   void begin_step() override;
   double end_step() override;
@@ -81,5 +86,15 @@ class LocatedSteps final : public Integrator {
   PetscInt repeated_steps_ = 0;
   PetscInt evaluations_ = 0;
 };
+
+/// @name PETSc's own types that it serves: explicit, with dense output or exact repetition of a step.
+/// @{
+inline constexpr IntegratorType kRungeKuttaType{
+    .name = TSRK, .can = LocatedSteps::kCan, .knows = "it knows the filtered beam alone", .enroll = nullptr};
+inline constexpr IntegratorType kEulerType{
+    .name = TSEULER, .can = LocatedSteps::kCan, .knows = "it knows the filtered beam alone", .enroll = nullptr};
+inline constexpr IntegratorType kStabilityPreservingType{
+    .name = TSSSP, .can = LocatedSteps::kCan, .knows = "it knows the filtered beam alone", .enroll = nullptr};
+/// @}
 
 }  // namespace udar

@@ -4,6 +4,11 @@
 
 #include <petscts.h>
 
+#include <cstdint>
+#include <limits>
+
+#include "udar/integrators/features.hpp"
+
 namespace udar {
 
 /// Name of the `TS` type.
@@ -18,5 +23,14 @@ inline constexpr const char* kTsImpact = "impact";
 /// Options: `-ts_impact_moments` (2 to 5, default 4), `-ts_rtol` (error of a step relative to the motion's scale; 1e-7
 /// by default), `-ts_adapt_*`. Needs a problem: `compose_problem`. Source: docs/theory.md, "The impact integrator".
 [[nodiscard]] PetscErrorCode register_ts_impact();
+
+/// Its cost does not depend on what touches.
+inline constexpr IntegratorType kImpactType{
+    .name = kTsImpact,
+    .can = {Feature::filtered, Feature::line_contact, Feature::moving_supports, Feature::elastic_supports,
+            Feature::mass_damping, Feature::stiffness_damping},
+    .knows = "it knows the filtered beam alone",
+    .enroll = register_ts_impact,
+    .default_up_to = std::numeric_limits<std::int64_t>::max()};
 
 }  // namespace udar

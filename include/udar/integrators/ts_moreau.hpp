@@ -4,6 +4,11 @@
 
 #include <petscts.h>
 
+#include <cstdint>
+#include <limits>
+
+#include "udar/integrators/features.hpp"
+
 namespace udar {
 
 /// Name of the `TS` type.
@@ -17,5 +22,15 @@ inline constexpr const char* kTsMoreau = "moreau";
 /// length; there is no error control. Needs a problem: `compose_problem`. Source: docs/theory.md, "The unfiltered
 /// beam"; Jean, Comput. Methods Appl. Mech. Engrg 177 (1999) 235.
 [[nodiscard]] PetscErrorCode register_ts_moreau();
+
+/// The only one for the unfiltered beam.
+inline constexpr IntegratorType kMoreauType{
+    .name = kTsMoreau,
+    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports},
+    .knows =
+        "it holds the undamped, unfiltered beam (`filter frequency` none) off rigid supports, by Newton's law of "
+        "velocities",
+    .enroll = register_ts_moreau,
+    .default_up_to = std::numeric_limits<std::int64_t>::max()};
 
 }  // namespace udar

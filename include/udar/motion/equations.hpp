@@ -2,6 +2,7 @@
 /// @file
 /// The filtered equations of motion between impacts, and their energy.
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -43,14 +44,18 @@ struct Damping {
 /// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
 class Equations {
  public:
-  /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite
-  Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {});
+  /// @param contact supports that hold the line; null: nothing does
+  /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
+  /// a line that is held
+  Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
+            std::unique_ptr<LineContact> contact = nullptr);
 
   [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
 
-  /// Lets supports hold the line; null: nothing does. It must outlive its use.
-  void hold_line(LineContact* contact) noexcept { line_contact_ = contact; }
-  [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_; }
+  /// Null where nothing holds the line.
+  [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
+  /// Whether the masses are on filter springs, not those of the line itself.
+  [[nodiscard]] bool filtered() const noexcept { return !line_->parameters().unfiltered; }
 
   /// @brief Solves for the line at a time, held by its supports. @param[in] mass_position Ym [m] @note Collective.
   void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
@@ -84,7 +89,7 @@ class Equations {
   FilteredStructure* line_;
   const Loads* loads_;
   Damping damping_;
-  LineContact* line_contact_ = nullptr;
+  std::unique_ptr<LineContact> line_contact_;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
   std::vector<double> work_;          // loads, if they must be added up

@@ -33,10 +33,10 @@ struct MotionScale {
 /// @brief The scale of the motion to come: speeds and offsets from the axis at the start, the fall to the supports, the
 /// sag under gravity, supports that move, and loads up to the end of the run. What builds up slowly is left to `grow`.
 /// Source: docs/theory.md, "The scale of the motion"
-/// @param on_line supports hold the line, not masses @param end of the run [s]
+/// @param runs nodes under supports, whoever touches @param end of the run [s]
 /// @note Collective: at most two line solves, the line held by nothing.
 /// @throws InputError naming the option that asks for places too far away to resolve the beam in double precision
 [[nodiscard]] MotionScale motion_scale(Equations& equations, const InitialState& initial,
-                                       std::span<const ContactSet> runs, bool on_line, double end);
+                                       std::span<const ContactSet> runs, double end);
 
 }  // namespace udar

@@ -1,0 +1,51 @@
+#pragma once
+/// @file
+/// From parameters to what moves: the only assembly there is.
+
+#include <mpi.h>
+
+#include <functional>
+#include <vector>
+
+#include "udar/contact/support.hpp"
+#include "udar/filter/filtered_structure.hpp"
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/equations.hpp"
+#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/initial_state.hpp"
+#include "udar/structure/load.hpp"
+
+namespace udar {
+
+/// @brief What a model is made of; plain values.
+struct ModelParameters {
+  BeamParameters beam{};
+  FilterParameters filter{};
+  double gravity = 9.81;  ///< [m/s^2]
+  std::vector<NodalLoad> loads{};
+  Damping damping{};
+  InitialState initial{};
+  std::vector<Support> supports{};
+  ContactParameters contact{};
+};
+
+/// @brief Beam, line, loads and equations, in the order in which they need each other, and what `ImpactDynamics` runs
+/// them with. They refer to each other and stay where they are.
+struct Model {
+  BeamChain beam;
+  FilteredStructure line;
+  Loads loads;
+  InitialState initial;
+  std::vector<Support> supports;
+  ContactParameters contact;  ///< the line touches where masses and line are one
+  Equations equations;
+
+  /// @param prepare what is done to the line before anything relies on it; empty: nothing
+  /// @note Collective. @throws InputError naming what cannot be used, its value, range and unit
+  Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare = {});
+  Model(const Model&) = delete;
+  Model& operator=(const Model&) = delete;
+  ~Model() = default;
+};
+
+}  // namespace udar

@@ -1,0 +1,52 @@
+#pragma once
+/// @file
+/// What a case may need of an integrator.
+
+#include <petscsys.h>
+
+#include <cstdint>
+#include <initializer_list>
+
+namespace udar {
+
+/// @brief What not every integrator knows.
+enum class Feature : std::uint8_t {
+  filtered,           ///< masses on filter springs
+  unfiltered,         ///< masses that are those of the line itself
+  line_contact,       ///< supports that hold the line
+  moving_supports,    ///< supports that move
+  elastic_supports,   ///< supports that give way
+  mass_damping,       ///< Rayleigh damping by the masses
+  stiffness_damping,  ///< Rayleigh damping by the line's springs
+};
+
+/// @brief A set of features.
+class Features {
+ public:
+  constexpr Features() = default;
+  constexpr Features(std::initializer_list<Feature> features) {
+    for (const Feature feature : features) {
+      bits_ |= bit(feature);
+    }
+  }
+  [[nodiscard]] constexpr bool has(Feature feature) const noexcept { return (bits_ & bit(feature)) != 0; }
+  [[nodiscard]] constexpr bool covers(Features needed) const noexcept { return (needed.bits_ & ~bits_) == 0; }
+  constexpr void add(Feature feature, bool whether = true) noexcept { bits_ |= whether ? bit(feature) : 0U; }
+
+ private:
+  [[nodiscard]] static constexpr std::uint32_t bit(Feature feature) noexcept {
+    return std::uint32_t{1} << static_cast<unsigned>(feature);
+  }
+  std::uint32_t bits_ = 0;
+};
+
+/// @brief A type of `TS` that udar can run, as the list of them in configure.cpp has it.
+struct IntegratorType {
+  const char* name;                 ///< for `-ts_type`
+  Features can;                     ///< see `Feature`
+  const char* knows;                ///< the same in words, for who asked for more
+  PetscErrorCode (*enroll)();       ///< makes it known to PETSc; null: PETSc's own
+  std::int64_t default_up_to = -1;  ///< so many nodes that can touch something it is a default
+};
+
+}  // namespace udar

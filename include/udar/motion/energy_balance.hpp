@@ -1,0 +1,75 @@
+#pragma once
+/// @file
+/// The energy ledger of a motion, and what it says about the integration.
+
+#include <span>
+
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/dense_output.hpp"
+#include "udar/motion/equations.hpp"
+#include "udar/motion/kinks.hpp"
+#include "udar/motion/motion_state.hpp"
+#include "udar/structure/initial_state.hpp"
+
+namespace udar {
+
+/// @brief Errors of an integration that its own control lets pass.
+struct ToleratedError {
+  double share = 0.0;   ///< of a step, relative to the motion's scale
+  double energy = 0.0;  ///< of all steps so far [J]
+};
+
+/// @brief Keeps the energy ledger from row to row: what is stored, what loads and supports brought in, what is lost;
+/// and ends a run whose balance is off. Source: docs/theory.md, "Energy"
+class EnergyBalance {
+ public:
+  /// @brief The state at one time of the step at hand.
+  struct Row {
+    double time;            ///< [s]
+    double step_begin;      ///< [s]
+    const LineState& line;  ///< with moment
+    const MassState& masses;
+  };
+
+  /// The referenced objects must outlive this one.
+  EnergyBalance(Equations& equations, const ContactState& contact, const Kinks& kinks);
+
+  /// At the last row.
+  [[nodiscard]] const EnergyLedger& ledger() const noexcept { return ledger_; }
+
+  /// @brief Takes the state at t = 0 as that from which heights, work and losses count. @note Collective.
+  void start(const LineState& line, std::span<const double> position, std::span<const double> velocity);
+
+  /// @brief Minus the integral of dF/dt' Yc from the start of the step to a time within it [J], this rank's share: what
+  /// changing loads bring in. @note Collective.
+  [[nodiscard]] double load_work(const DenseOutput& step, double step_begin, double until) const;
+  /// Ends a step in which changing loads brought this in [J], this rank's share.
+  void end_step(double load_work) noexcept { load_work_ += load_work; }
+  /// @brief Loads jump at an instant: the line follows at once, and what that changes in its energy they have done.
+  /// @param before the instant, under the loads of the step that ends there @param[out] line after it, with moment
+  /// @note Collective: two line solves.
+  void jump(const Instant& before, std::span<const double> position, std::span<const double> velocity, LineState& line);
+
+  /// @brief Makes the ledger of a row. @param[in,out] besides is added up over the ranks in the same reduction
+  /// @note Collective: two reductions. @throws SolveError if the balance is off, dampers have given energy, or an
+  /// energy is not finite
+  void update(const Row& row, const DenseOutput& step, std::span<double> besides, const ToleratedError& tolerated);
+
+  /// @name For a restart. @note `save` is collective.
+  /// @{
+  void save(MotionState& state) const;
+  void restore(const MotionState& state);
+  /// @}
+
+ private:
+  [[nodiscard]] bool on_first_rank() const { return equations_->beam().begin() == 0; }
+
+  Equations* equations_;
+  const ContactState* contact_;
+  const Kinks* kinks_;
+  bool flows_;  // through supports or dampers
+  EnergyLedger ledger_;
+  double load_work_ = 0.0;  // local share up to the start of the step
+};
+
+}  // namespace udar

@@ -1,0 +1,120 @@
+#include "udar/dynamics/run_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "udar/motion/kinks.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+// More events than this without progress in time would never end.
+constexpr PetscInt kMostEventsAtOnce = 10000;
+// Nor would a run in steps this short, in units of the shortest time in which masses move: the tightest tolerance that
+// double precision allows takes steps of 1e-3. One or two beside an event or a kink are normal.
+constexpr double kLeastStep = 1e-6;
+constexpr PetscInt kMostShortSteps = 1000;
+// A mass this deep in a rigid support, beside the motion's length, has fallen through it: integration that deserves the
+// name is off by a thousandth at most.
+constexpr double kFallenThrough = 0.1;
+
+double position_of(const BeamChain& beam, std::size_t node) {
+  return beam.position(beam.begin() + static_cast<PetscInt>(node));
+}
+
+}  // namespace
+
+void refuse_overlap(const BeamChain& beam, const ContactState& contact, std::span<const ContactSet> sets,
+                    const MassState& masses) {
+  std::string overlap;
+  for (const ContactSet& run : sets) {
+    const double lift = run.lift(0.0).height;
+    for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
+      const double height = run.height(node) + lift;
+      const double gap = run.side * (masses.position[node] - height);
+      if (gap < -contact.together(masses.position[node], height)) {
+        const Support& support = contact.supports()[static_cast<std::size_t>(run.support)];
+        const bool floor = std::isinf(support.width);
+        std::ostringstream message;
+        message << (!support.profile.x.empty() ? "ground profile"
+                    : floor                    ? "floor height"
+                                               : "support height")
+                << ": " << height << " is not allowed, "
+                << (floor ? "the ground" : "support " + std::to_string(run.support))
+                << " overlaps the beam at the start, by " << -gap << " m at x = " << position_of(beam, node)
+                << " m; expected a height on its own side of the beam (`initial height`) [m]";
+        overlap = message.str();
+      }
+    }
+  }
+  throw_together<InputError>(beam.comm(), overlap);
+}
+
+void refuse_hops_without_length(const ContactParameters& parameters, const MotionScale& scale, double fastest,
+                                double end_time) {
+  const double shortest = time_resolution(end_time);
+  const double pull = fastest * scale.velocity;
+  const double least = 0.125 * pull * shortest * shortest;
+  if (!(parameters.hop_tolerance >= least)) {
+    std::ostringstream message;
+    message << "contact tolerance: " << parameters.hop_tolerance << " is not allowed, expected a number >= " << least
+            << " [m]: at the end of the run a lower hop is over within the last digits of the time";
+    throw InputError{message.str()};
+  }
+}
+
+std::string fallen_through(const Equations& equations, const ContactState& contact, std::span<const ContactSet> sets,
+                           double length, const StepEnd& step) {
+  const double deep = kFallenThrough * length;
+  const auto text = [&](double depth, double x) {
+    std::ostringstream message;
+    message << "the beam has fallen through a rigid support at t = " << step.time << " s, by " << depth
+            << " m at x = " << x << " m: the steps are too long to see it come (see -ts_dt, -ts_rtol)";
+    return message.str();
+  };
+  if (equations.filtered() && equations.line_contact() != nullptr) {
+    const bool gives_way = std::ranges::any_of(contact.supports(), &Support::elastic);
+    const LineGap& gap = contact.local_line_gap();
+    return gap.gap < -deep && !gives_way ? text(-gap.gap, gap.x) : std::string{};
+  }
+  const std::size_t count = step.position.size();
+  for (const ContactSet& run : sets) {
+    const double lift = run.lift(step.time, step.begin).height;
+    for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
+      const double depth = -run.side * (step.position[node] - run.height(node) - lift);
+      // Moreau's law finds a support up to half a step late.
+      if (!(depth <= deep) && !(depth <= (step.time - step.begin) * std::abs(step.before[count + node]))) {
+        return text(depth, position_of(equations.beam(), node));
+      }
+    }
+  }
+  return {};
+}
+
+StandstillGuard::StandstillGuard(double fastest) : least_{kLeastStep / fastest} {}
+
+void StandstillGuard::see(double begin, double time, bool events, bool cut) {
+  events_at_once_ = events && time - begin <= time_resolution(time) ? events_at_once_ + 1 : 0;
+  if (events_at_once_ > kMostEventsAtOnce) {
+    throw SolveError{"contact does not settle at t = " + std::to_string(time) + " s after " +
+                     std::to_string(kMostEventsAtOnce) +
+                     " events at one instant; raise `contact tolerance` or lower -ts_rtol"};
+  }
+  if (time - begin >= least_) {
+    short_steps_ = 0;
+  } else if (!events && !cut) {
+    ++short_steps_;
+  }
+  if (short_steps_ > kMostShortSteps) {
+    std::ostringstream message;
+    message << "the time stands still at t = " << time << " s: " << kMostShortSteps << " steps are shorter than "
+            << least_
+            << " s, a millionth of the fastest motion; raise -ts_rtol or -ts_dt, or look for a load or a support that "
+               "jumps";
+    throw SolveError{message.str()};
+  }
+}
+
+}  // namespace udar

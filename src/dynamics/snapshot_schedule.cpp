@@ -1,0 +1,66 @@
+#include "udar/dynamics/snapshot_schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "udar/motion/kinks.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+/// count times interval; 3 times 0.1 is 0.3, not the product of the rounded 0.1.
+double multiple(PetscInt count, double interval) {
+  const double per_unit = std::round(1.0 / interval);
+  const bool divides = per_unit > 0.0 && 1.0 / per_unit == interval;
+  return divides ? static_cast<double>(count) / per_unit : static_cast<double>(count) * interval;
+}
+
+}  // namespace
+
+void SnapshotSchedule::add(Observer& observer) {
+  observers_.push_back(&observer);
+  due_.push_back({.observer = &observer, .next = 0});
+}
+
+void SnapshotSchedule::resume(double taken) {
+  for (Due& due : due_) {
+    const double interval = due.observer->interval();
+    if (interval > 0.0) {
+      due.next = static_cast<PetscInt>(std::floor((taken + time_resolution(taken)) / interval)) + 1;
+    }
+  }
+}
+
+double SnapshotSchedule::next() const {
+  double first = kNever;
+  for (const Due& due : due_) {
+    first = std::min(first, time_of(due));
+  }
+  return first;
+}
+
+bool SnapshotSchedule::is_due(double until) const { return next() <= until + time_resolution(until); }
+
+bool SnapshotSchedule::is_due(const Due& due, double until) const {
+  return time_of(due) <= until + time_resolution(until);
+}
+
+double SnapshotSchedule::time_of(const Due& due) const {
+  const double interval = due.observer->interval();
+  return interval > 0.0 && !due.ended ? std::min(multiple(due.next, interval), end_time_) : kNever;
+}
+
+/// @param first its row at hand, if it has had none
+double SnapshotSchedule::last_row(const Due& due, double first) {
+  return due.next > 0 ? multiple(due.next - 1, due.observer->interval()) : first;
+}
+
+void SnapshotSchedule::advance(Due& due, double time) const {
+  ++due.next;
+  due.ended = time >= end_time_ - time_resolution(end_time_);
+}
+
+}  // namespace udar

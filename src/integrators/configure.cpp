@@ -1,0 +1,238 @@
+#include "udar/integrators/configure.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "udar/integrators/located_steps.hpp"
+#include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/ts_chebyshev.hpp"
+#include "udar/integrators/ts_impact.hpp"
+#include "udar/integrators/ts_moreau.hpp"
+#include "udar/petsc/compat.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+/// Every type there is; the default is the first that knows what is needed and serves so many contact nodes.
+constexpr std::array kTypes{kMoreauType,     kChebyshevType, kImpactType,
+                            kRungeKuttaType, kEulerType,     kStabilityPreservingType};
+
+/// What a user calls a feature.
+struct FeatureName {
+  Feature feature;
+  const char* quantity;
+  const char* words;
+  const char* without;  // how to do without it
+};
+constexpr std::array<FeatureName, 7> kFeatureNames{{
+    {Feature::filtered, "filter frequency", "the filtered beam", "none"},
+    {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
+    {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
+    {Feature::moving_supports, "support motion", "supports that move (`support motion`)", "none"},
+    {Feature::elastic_supports, "support stiffness", "supports that give way (`support stiffness`)", "inf [N/m]"},
+    {Feature::mass_damping, "damping mass", "damping of the masses (`damping mass`)", "0 [1/s]"},
+    {Feature::stiffness_damping, "damping stiffness", "damping of the line (`damping stiffness`)", "0 [s]"},
+}};
+
+/// "a, b or c".
+std::string listed(const std::vector<std::string>& words, const char* last_link) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    text += (i == 0 ? "" : i + 1 == words.size() ? last_link : ", ") + words[i];
+  }
+  return text;
+}
+
+std::vector<std::string> types_for(Features needed) {
+  std::vector<std::string> names;
+  for (const IntegratorType& type : kTypes) {
+    if (type.can.covers(needed)) {
+      names.emplace_back(type.name);
+    }
+  }
+  return names;
+}
+
+const IntegratorType* type_of(std::string_view name) {
+  const auto* const found =
+      std::ranges::find(kTypes, name, [](const IntegratorType& type) { return std::string_view{type.name}; });
+  return found != kTypes.end() ? found : nullptr;
+}
+
+/// How many nodes of the whole structure masses touch something at. @note Collective.
+std::int64_t contact_nodes(const ImpactProblem& problem) {
+  std::int64_t nodes = 0;
+  for (const ContactSet& set : problem.contact->runs()) {
+    nodes += static_cast<std::int64_t>(set.last - set.first);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPI_INT64_T, MPI_SUM, problem.equations->beam().comm());
+  return nodes;
+}
+
+/// Where nothing knows all that is needed, the one that knows the beam: the refusal speaks of it.
+TSType default_type(const ImpactProblem& problem, Features needed) {
+  const std::int64_t nodes = contact_nodes(problem);
+  Features beam;
+  beam.add(needed.has(Feature::unfiltered) ? Feature::unfiltered : Feature::filtered);
+  for (const Features must : {needed, beam}) {
+    for (const IntegratorType& type : kTypes) {
+      if (type.can.covers(must) && nodes <= type.default_up_to) {
+        return type.name;
+      }
+    }
+  }
+  return kImpactType.name;
+}
+
+/// The only place where an integrator is refused what it does not know.
+void require_features(const std::string& name, Features can, Features needed) {
+  if (can.covers(needed)) {
+    return;
+  }
+  std::vector<std::string> missing;
+  std::vector<std::string> there;
+  const FeatureName* first = nullptr;
+  for (const FeatureName& feature : kFeatureNames) {
+    if (!needed.has(feature.feature)) {
+      continue;
+    }
+    if (can.has(feature.feature)) {
+      there.emplace_back(feature.words);
+      continue;
+    }
+    missing.emplace_back(feature.words);
+    first = first == nullptr ? &feature : first;
+  }
+  const IntegratorType* type = type_of(name);
+  const std::string knows = type != nullptr ? std::string{": "} + type->knows : std::string{};
+  const std::vector<std::string> others = types_for(needed);
+  if (others.empty()) {
+    throw InputError{std::string{first->quantity} + ": " + listed(missing, " and ") + " not allowed with " +
+                     listed(there, " and ") + ", expected " + first->without + "; no integrator knows both. -ts_type " +
+                     name + knows};
+  }
+  throw InputError{"ts type: " + name + " is not allowed with " + listed(missing, " and ") + ", expected " +
+                   listed(others, " or ") + knows};
+}
+
+PetscBool is_given(const char* option) {
+  PetscBool given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, option, &given));
+  return given;
+}
+
+/// What options change, with udar's defaults. @param fastest no frequency of the masses is higher [rad/s]
+void set_options(TS ts, TSType type, double fastest) {
+  UDAR_CALL(TSSetType(ts, type));
+  // -ts_rk_type alone asks for rk, and rk is 5dp here, not PETSc's 3bs.
+  std::array<char, 32> asked{};
+  PetscBool type_given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", asked.data(), asked.size(), &type_given));
+  if (std::string_view{asked.data()} == TSRK || (type_given == PETSC_FALSE && is_given("-ts_rk_type") == PETSC_TRUE)) {
+    UDAR_CALL(TSSetType(ts, TSRK));
+    UDAR_CALL(TSRKSetType(ts, TSRK5DP));
+  }
+  UDAR_CALL(TSSetMaxSteps(ts, std::numeric_limits<PetscInt>::max()));
+  UDAR_CALL(TSSetExactFinalTime(ts, TS_EXACTFINALTIME_MATCHSTEP));
+  UDAR_CALL(TSSetMaxTime(ts, 1.0));
+  UDAR_CALL(TSSetTimeStep(ts, 0.1 / fastest));
+  UDAR_CALL(TSSetTolerances(ts, 1e-8, nullptr, 1e-8, nullptr));
+  UDAR_CALL(TSSetErrorIfStepFails(ts, PETSC_FALSE));
+  // 5dp is stable on the imaginary axis up to wf h = 1. In free flight nothing tells the error control so, and longer
+  // steps would blow up round-off to the tolerance: symmetry would be lost there.
+  TSAdapt adapt = nullptr;
+  UDAR_CALL(TSGetAdapt(ts, &adapt));
+  petsc::use_largest_error(adapt);
+  UDAR_CALL(TSAdaptSetStepLimits(adapt, PETSC_DEFAULT, 1.0 / fastest));
+  UDAR_CALL(TSSetFromOptions(ts));
+}
+
+double end_time_of(TS ts) {
+  double end = 0.0;
+  UDAR_CALL(TSGetMaxTime(ts, &end));
+  if (!(end > 0.0) || !std::isfinite(end)) {
+    throw InputError{"ts max time: " + std::to_string(end) + " is not allowed, expected a number > 0 [s]"};
+  }
+  return end;
+}
+
+}  // namespace
+
+void register_integrators() {
+  for (const IntegratorType& type : kTypes) {
+    if (type.enroll != nullptr) {
+      UDAR_CALL(type.enroll());
+    }
+  }
+}
+
+Features needed_features(const ImpactProblem& problem) {
+  const Equations& equations = *problem.equations;
+  Features needed{equations.filtered() ? Feature::filtered : Feature::unfiltered};
+  needed.add(Feature::line_contact, equations.line_contact() != nullptr);
+  needed.add(Feature::mass_damping, equations.damping().mass != 0.0);
+  needed.add(Feature::stiffness_damping, equations.damping().stiffness != 0.0);
+  for (const Support& support : problem.contact->supports()) {
+    needed.add(Feature::moving_supports, support.motion != nullptr);
+    needed.add(Feature::elastic_supports, support.elastic());
+  }
+  return needed;
+}
+
+Stepping configure_stepping(const ImpactProblem& problem, Vec state) {
+  const Features needed = needed_features(problem);
+  Stepping stepping;
+  UDAR_CALL(TSCreate(problem.equations->beam().comm(), stepping.ts.put()));
+  const TS ts = stepping.ts;
+  UDAR_CALL(TSSetProblemType(ts, TS_NONLINEAR));
+  register_integrators();
+  compose_problem(ts, problem);
+  set_options(ts, default_type(problem, needed), problem.equations->line().frequency_bound());
+  UDAR_CALL(TSSetSolution(ts, state));
+  stepping.end_time = end_time_of(ts);
+  stepping.tolerance = step_tolerance(ts, problem.scale);
+  for (const Support& support : problem.contact->supports()) {
+    if (support.motion) {
+      support.motion->require_smooth(stepping.end_time);
+    }
+  }
+  TSType name = nullptr;
+  UDAR_CALL(TSGetType(ts, &name));
+  stepping.integrator = integrator_inside(ts);
+  if (stepping.integrator != nullptr) {
+    require_features(name, stepping.integrator->can(), needed);
+    UDAR_CALL(TSSetUp(ts));
+    return stepping;
+  }
+  if (type_of(name) == nullptr) {
+    throw InputError{"ts type: '" + std::string{name} + "' is not allowed, expected " +
+                     listed(types_for(needed), " or ") +
+                     "; the filtered motion is an explicit system Y' = f(t, Y) without Jacobian or splitting, which "
+                     "this integrator would need"};
+  }
+  require_features(name, LocatedSteps::kCan, needed);
+  stepping.around = std::make_unique<LocatedSteps>(ts, problem, is_given("-ts_atol") == PETSC_FALSE);
+  stepping.integrator = stepping.around.get();
+  return stepping;
+}
+
+double asked_end_time() {
+  double end = 1.0;
+  UDAR_CALL(PetscOptionsGetReal(nullptr, nullptr, "-ts_max_time", &end, nullptr));
+  return end;
+}
+
+double step_tolerance(TS stepper, const MotionScale& scale) {
+  double atol = 0.0;
+  double rtol = 0.0;
+  UDAR_CALL(TSGetTolerances(stepper, &atol, nullptr, &rtol, nullptr));
+  return rtol + (is_given("-ts_atol") == PETSC_TRUE ? atol / std::max(scale.length, scale.velocity) : 0.0);
+}
+
+}  // namespace udar

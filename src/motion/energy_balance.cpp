@@ -1,0 +1,140 @@
+#include "udar/motion/energy_balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+// An energy balance that is off by half of the largest energy seen belongs to an unstable integration.
+constexpr double kUnstable = 0.5;
+// Rounding, and what sweeps leave of an error: dampers that give more energy than this share of the largest are wrong.
+constexpr double kDamperRounding = 1e-9;
+
+/// @param taken by dampers since the last row [J] @param share of the scale that a step may get wrong
+void judge(const EnergyLedger& now, double time, double taken, double share) {
+  if (!(std::abs(now.drift()) <= kUnstable)) {
+    throw SolveError{"the integration is unstable: the energy balance is off by " + std::to_string(now.drift()) +
+                     " of the energy at t = " + std::to_string(time) +
+                     " s; steps must stay below about 1 / `filter frequency` (see -ts_dt, -ts_adapt_type, -ts_rtol)"};
+  }
+  if (!(taken >= -std::max(kDamperRounding, share) * now.scale)) {
+    throw SolveError{"dampers have given " + std::to_string(-taken) + " J before t = " + std::to_string(time) +
+                     " s, where they can but take; shorten the steps (see -ts_dt, -ts_rtol)"};
+  }
+}
+
+}  // namespace
+
+EnergyBalance::EnergyBalance(Equations& equations, const ContactState& contact, const Kinks& kinks)
+    : equations_{&equations},
+      contact_{&contact},
+      kinks_{&kinks},
+      flows_{equations.damping().any() || std::ranges::any_of(contact.supports(), [](const Support& support) {
+               return support.motion || support.elastic();
+             })} {}
+
+void EnergyBalance::start(const LineState& line, std::span<const double> position, std::span<const double> velocity) {
+  ledger_ = equations_->energy(line, position, velocity);
+  ledger_.initial = ledger_.total();
+  ledger_.initial_potential = ledger_.load_potential;
+}
+
+/// But for steps of fixed length dF/dt is constant within a step.
+double EnergyBalance::load_work(const DenseOutput& step, double step_begin, double until) const {
+  if (!equations_->loads().time_dependent()) {
+    return 0.0;
+  }
+  const std::vector<double> amplitudes = step.amplitude_integrals(until);
+  const auto corrected = equations_->line().corrected_modes();
+  double work = 0.0;
+  for (const Loads::LocalLoad& load : equations_->loads().local()) {
+    const auto node = static_cast<std::size_t>(load.local_node);
+    double moved = 0.0;
+    Loads::each_piece(load.table, step_begin, until, [&](double begin, double end) {
+      const auto [force, rate] = Loads::evaluate(load.table, {begin, begin});
+      if (begin > step_begin) {
+        const auto before = Loads::evaluate(load.table, {begin, kinks_->piece_begin(step_begin, begin)});
+        moved += (force - before.force) * step.line_place(node, begin);
+      }
+      moved += rate * (step.line_integral(node, end) - step.line_integral(node, begin));
+    });
+    for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
+      moved -= Loads::evaluate(load.table, step_begin).rate * amplitudes[mode] * corrected[mode].shape[node];
+    }
+    work -= load.share * moved;
+  }
+  return work;
+}
+
+void EnergyBalance::jump(const Instant& before, std::span<const double> position, std::span<const double> velocity,
+                         LineState& line) {
+  const auto energy = [&](const Instant& at) {
+    equations_->evaluate(at, position, line, true);
+    return equations_->energy(line, position, velocity).total();
+  };
+  const double energy_before = energy(before);
+  const double energy_after = energy(before.time);
+  load_work_ += on_first_rank() ? energy_after - energy_before : 0.0;
+}
+
+void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<double> besides,
+                           const ToleratedError& tolerated) {
+  enum Share : std::size_t { lost, load, work, damped, springs, shares };  // of this rank, within the step
+  EnergyLedger now = equations_->energy(row.line, row.masses.position, row.masses.velocity);
+  std::vector<double> sums(shares + besides.size(), 0.0);
+  sums[lost] = contact_->lost_before(row.time);
+  std::ranges::copy(besides, sums.begin() + shares);
+  if (equations_->loads().time_dependent()) {
+    sums[load] = load_work_ + load_work(step, row.step_begin, row.time);
+  }
+  if (flows_) {
+    const EnergyFlow flow = step.flow(row.time);
+    sums[work] = flow.work;
+    sums[damped] = flow.damped;
+    sums[springs] = contact_->spring_energy(row.time, row.masses.position);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
+                equations_->beam().comm());
+  std::copy(sums.begin() + shares, sums.end(), besides.begin());
+  now.lost_in_impacts = contact_->counts().lost + sums[lost];
+  now.load_work = sums[load];
+  now.support_work = contact_->counts().work + sums[work];
+  now.lost_in_dampers = contact_->counts().damped + sums[damped];
+  now.support_springs += sums[springs];
+  now.initial = ledger_.initial;
+  now.initial_potential = ledger_.initial_potential;
+  now.scale = std::max({ledger_.scale, now.scale, now.turned_over(), tolerated.energy});
+  const double taken = now.lost_in_dampers - ledger_.lost_in_dampers;
+  if (!std::isfinite(now.drift())) {
+    throw SolveError{"the energy is no longer finite at t = " + std::to_string(row.time) +
+                     " s: the motion has outgrown double precision; the integration is unstable (see -ts_dt, "
+                     "-ts_adapt_type, -ts_rtol), or a load, a speed or a height is too large"};
+  }
+  ledger_ = now;
+  judge(now, row.time, taken, tolerated.share);
+}
+
+void EnergyBalance::save(MotionState& state) const {
+  double work = load_work_;
+  MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
+  state.scalars["load_work"] = work;
+  state.scalars["initial_energy"] = ledger_.initial;
+  state.scalars["initial_potential"] = ledger_.initial_potential;
+  state.scalars["energy_scale"] = ledger_.scale;
+}
+
+void EnergyBalance::restore(const MotionState& state) {
+  ledger_.lost_in_impacts = state.scalar("lost_in_impacts");
+  ledger_.initial = state.scalar("initial_energy");
+  ledger_.initial_potential = state.scalar("initial_potential");
+  ledger_.scale = state.scalar("energy_scale");
+  load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
+}
+
+}  // namespace udar
