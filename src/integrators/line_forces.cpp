@@ -104,12 +104,12 @@ void LineForces::apply() {
     if (contact_->dense()) {
       contact_->problem().solve(gap_, force_at_[q]);
       active_[q] = contact_->problem().active();
-      held_[q] = !active_[q].empty();
+      in_contact_[q] = !active_[q].empty();
     } else {
-      held_[q] = contact_->solve(gap_, force_at_[q]);
+      in_contact_[q] = contact_->solve(gap_, force_at_[q]);
       gap_at_[q].assign(contact_->many().gaps().begin(), contact_->many().gaps().end());
     }
-    for (std::size_t i = 0; held_[q] && i < count; ++i) {
+    for (std::size_t i = 0; in_contact_[q] && i < count; ++i) {
       if (force_at_[q][i] != 0.0) {
         add_projection(q, force_at_[q][i], &force_[i * terms]);
       }
@@ -151,7 +151,7 @@ void LineForces::estimate_kinks() {
     return (gap_at_[q + 1][i] - gap_at_[q][i]) / (kPoints[q + 1].at - kPoints[q].at);
   };
   for (std::size_t q = 0; q + 1 < kPoints.size(); ++q) {
-    for (std::size_t i = 0; held_[q] && held_[q + 1] && i < gap_.size(); ++i) {
+    for (std::size_t i = 0; in_contact_[q] && in_contact_[q + 1] && i < gap_.size(); ++i) {
       const bool before = force_at_[q][i] > 0.0;
       const bool after = force_at_[q + 1][i] > 0.0;
       if (before == after) {
@@ -368,15 +368,15 @@ void LineForces::write_journal() {
       state_->line_at(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q].at * sweep_->step);
     }
   }
-  if (std::ranges::find(held_, true) != held_.end()) {
+  if (std::ranges::find(in_contact_, true) != in_contact_.end()) {
     // Contact begins and ends with a kink.
     const auto at = [&](double tau) { return sweep_->begin + tau * sweep_->step; };
     double from = 0.0;
     double until = 1.0;
     if (!kinks_.empty()) {
       const auto [first, last] = std::ranges::minmax_element(kinks_, {}, &Kink::tau);
-      from = held_.front() ? 0.0 : first->tau;
-      until = held_.back() ? 1.0 : last->tau;
+      from = in_contact_.front() ? 0.0 : first->tau;
+      until = in_contact_.back() ? 1.0 : last->tau;
     }
     state_->hold(at(from), at(until));
   }

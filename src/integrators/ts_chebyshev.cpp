@@ -19,7 +19,7 @@
 namespace udar {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kNoEvent = std::numeric_limits<double>::infinity();
 
 // Search grid in units of 1 / wf: coarse points tell whether a node comes near its support, and where it does, a
 // quintic through fine points is off by less than 1e-10 v / wf (docs/theory.md).
@@ -210,7 +210,7 @@ class Chebyshev final : public ProblemIntegrator {
       const bool all = terms >= static_cast<std::size_t>(terms_max_);
       const double horizon = std::min(reach(), step);
       length_ = horizon;
-      double event = kNever;
+      double event = kNoEvent;
       if (supported) {
         search(searched, horizon);
         for (const Candidate& candidate : candidates_) {
@@ -246,7 +246,7 @@ class Chebyshev final : public ProblemIntegrator {
           continue;
         }
         const double square = speed * speed - 2.0 * pull * gap;
-        double time = kNever;
+        double time = kNoEvent;
         if (square >= 0.0) {
           const double root = std::sqrt(square);
           if (pull < 0.0) {

@@ -12,6 +12,7 @@
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/sweep.hpp"
 #include "udar/integrators/sweep_tally.hpp"
+#include "udar/integrators/swept_line.hpp"
 #include "udar/integrators/touching_masses.hpp"
 #include "udar/local/step_maps.hpp"
 #include "udar/numerics/gauss.hpp"
@@ -31,8 +32,8 @@ constexpr double kSettled = 0.05;
 constexpr int kMostSweeps = 12;
 // The last bits of places, some three of them in what a solve makes of them, must stay below that share of this.
 constexpr double kLastBits = 64.0 * std::numeric_limits<double>::epsilon();
-// After some sweeps, those that would not settle by then have met masses whose impacts come and go, or are too long.
-constexpr int kPatience = 4;
+// After so many sweeps, those that would not settle by then have met masses whose impacts come and go, or are too long.
+constexpr int kSweepsBeforeForecast = 4;
 // A step that sweeps slowly is too long.
 constexpr double kLongestAngle = 1.5;
 // Nor is one taken whose sweeps are known to gain less than this: two shorter ones cost less.
@@ -64,33 +65,17 @@ class Impact final : public ProblemIntegrator {
   }
 
   void start(const LineState& line) override {
-    // The line's motion is first taken to go on as the masses do.
-    UDAR_CALL(TSGetTimeStep(ts_, &polynomial_step_));
-    polynomial_step_ = std::min(polynomial_step_, longest_);
+    double step = 0.0;
+    UDAR_CALL(TSGetTimeStep(ts_, &step));
     const ReadArray now{state_};
-    for (std::size_t i = 0; i < count_; ++i) {
-      const double half = contact_->resting(i) ? 0.0 : -0.5 * polynomial_step_ * now.values()[count_ + i];
-      sweep_.line_rows[0][i] = line.stretch[i] + half;  // seen as the step that ends here
-      sweep_.line_rows[1][i] = -half;
-      for (std::size_t j = 2; j < sweep_.terms; ++j) {
-        sweep_.line_rows[j][i] = 0.0;
-      }
-      for (std::size_t j = 0; j < sweep_.terms && damps_by_rate(); ++j) {
-        sweep_.rate_rows[j][i] = j == 0 && !contact_->resting(i) ? now.values()[count_ + i] : 0.0;
-      }
-    }
-    from_end_ = true;
+    line_->start(line, *contact_, now.values() + count_, std::min(step, longest_));
     ProblemIntegrator::begin_step();
   }
 
   /// After a step the line's motion counts from the new positions.
   void begin_step() override {
     if (stepped_) {
-      polynomial_step_ = length_;
-      from_end_ = true;
-      for (std::size_t i = 0; i < count_; ++i) {
-        sweep_.line_rows[0][i] -= sweep_.end[i] - start_[i];
-      }
+      line_->begin_step(length_);
       touching_->release_memory();
     }
     ProblemIntegrator::begin_step();
@@ -100,7 +85,7 @@ class Impact final : public ProblemIntegrator {
     double step = enter_step(longest_);
     note_scale();
     if (damps_by_rate()) {
-      solve_start();
+      line_->solve_start();
     }
     bool accepted = false;
     double next = step;
@@ -160,24 +145,10 @@ class Impact final : public ProblemIntegrator {
       return 0.0;
     }
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
-    const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.line_rows[j][node]; });
-    double sum = 0.0;
-    for (std::size_t k = sweep_.terms; k-- > 0;) {
-      sum = sum * tau + powers[k] / static_cast<double>(k + 1);
-    }
-    return length_ * tau * (start_[node] + sum);
+    return length_ * tau * (start_[node] + line_->mean_stretch(node, tau));
   }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
-    std::vector<double> integrals(sweep_.corrected.size());
-    const double tau = stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0;
-    for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
-      const auto powers = sweep_.powers([&](std::size_t j) { return sweep_.amplitude[mode][j]; });
-      for (std::size_t k = sweep_.terms; k-- > 0;) {
-        integrals[mode] = integrals[mode] * tau + powers[k] / static_cast<double>(k + 1);
-      }
-      integrals[mode] *= length_ * tau;
-    }
-    return integrals;
+    return line_->amplitude_integrals(stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0, length_);
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
@@ -210,28 +181,15 @@ class Impact final : public ProblemIntegrator {
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
   }
   void save(MotionState& state) const override {
-    for (std::size_t j = 0; j < sweep_.terms; ++j) {
-      state.fields["line_" + std::to_string(j)] = sweep_.line_rows[j];
-      if (damps_by_rate()) {
-        state.fields["line_rate_" + std::to_string(j)] = sweep_.rate_rows[j];
-      }
-    }
-    state.scalars["line_step"] = polynomial_step_;
+    line_->save(state);
     state.scalars["next_step"] = next_step_;
     state.scalars["scale_length"] = scale_.length;
     state.scalars["scale_velocity"] = scale_.velocity;
   }
   void restore(const MotionState& state) override {
-    for (std::size_t j = 0; j < sweep_.terms; ++j) {
-      sweep_.line_rows[j] = state.field("line_" + std::to_string(j), count_);
-      if (damps_by_rate()) {
-        sweep_.rate_rows[j] = state.field("line_rate_" + std::to_string(j), count_);
-      }
-    }
-    polynomial_step_ = state.scalar("line_step");
+    line_->restore(state);
     next_step_ = state.scalar("next_step");
     scale_ = {.length = state.scalar("scale_length"), .velocity = state.scalar("scale_velocity")};
-    from_end_ = true;
     ProblemIntegrator::begin_step();
   }
 
@@ -278,7 +236,6 @@ class Impact final : public ProblemIntegrator {
     sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
     sweep_.corrected = equations_->line().corrected_modes();
     sweep_.amplitude.resize(sweep_.corrected.size());
-    steady_amplitude_.resize(sweep_.corrected.size());
     sweep_.all_free.fill(1.0);
     sweep_.count = count_;
     sweep_.frequency = wf_;
@@ -286,12 +243,13 @@ class Impact final : public ProblemIntegrator {
     sweep_.end = petsc::WriteArray{state_}.values();  // stays where it is, too
     sweep_.axis = equations_->axis();
     sweep_.mass = equations_->line().mass();
+    line_.emplace(*equations_, sweep_);
     touching_.emplace(sweep_, *contact_, equations_->beam());
     if (equations_->line_contact() != nullptr) {
       line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
     }
   }
-  void take_back() override { from_end_ = false; }  // the polynomial is that of the step taken back
+  void take_back() override { line_->take_back(); }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     const double tau = elapsed / length_;
@@ -339,94 +297,12 @@ class Impact final : public ProblemIntegrator {
     return sum;
   }
 
-  /// The line's motion over a new step: the polynomial at hand, gone on with or cut.
-  void extrapolate(double step) {
-    const Square change = legendre_change(sweep_.terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_);
-    const auto go_on = [&](auto& rows) {
-      std::array<double*, kMostTerms> lines{};
-      for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        lines[j] = rows[j].data();
-      }
-      change_basis(sweep_.terms, lines, count_, change);
-    };
-    go_on(sweep_.line_rows);
-    if (damps_by_rate()) {
-      go_on(sweep_.rate_rows);
-      sweep_.find_drive(false);
-    }
-    polynomial_step_ = step;
-    from_end_ = false;
-  }
-
-  /// What forces add to the line's motion of this step: all of it but what hangs on the masses.
-  void load_line(double step) {
-    const Loads& loads = equations_->loads();
-    if (steady_known_ && !loads.time_dependent()) {
-      return;
-    }
-    steady_known_ = true;
-    const std::vector<double> none(count_, 0.0);
-    FilteredStructure& line = equations_->line();
-    line.solve(none, loads.force(begin_, work_), sweep_.steady[0], {});
-    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
-      steady_amplitude_[mode][0] = line.amplitudes()[mode];
-    }
-    if (loads.time_dependent()) {
-      const LoadRate& rate = equations_->load_rate(begin_);
-      for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
-        steady_amplitude_[mode][1] = 0.5 * step * rate.amplitude[mode];
-        steady_amplitude_[mode][0] += steady_amplitude_[mode][1];
-      }
-      for (std::size_t i = 0; i < count_; ++i) {
-        sweep_.steady[1][i] = 0.5 * step * rate.stretch[i];
-        sweep_.steady[0][i] += sweep_.steady[1][i];
-      }
-    }
-  }
-
   /// What depends on the length of the step alone.
   void set_maps(double step) {
     sweep_.step = step;
     sweep_.map = dense_map(sweep_.scale(), sweep_.terms);
     set_gain(sweep_.map, sweep_.scale(), sweep_.terms, line_answer_);
-    sweep_.reach = reach_of(sweep_.scale(), sweep_.terms);
-  }
-
-  /// The line for all that a sweep has changed, and what drives the masses next.
-  void solve_line() {
-    std::array<chain::Column, kMostUnknowns> columns;
-    for (std::size_t j = 0; j < sweep_.unknowns(); ++j) {
-      columns[j] = {.displacement = sweep_.moment_rows[j].data(),
-                    .stretch = j < sweep_.terms ? sweep_.line_rows[j].data() : sweep_.end_stretch.data()};
-    }
-    equations_->line().solve({columns.data(), sweep_.unknowns()});
-    for (std::size_t mode = 0; mode < steady_amplitude_.size(); ++mode) {
-      sweep_.amplitude[mode] = steady_amplitude_[mode];
-      for (std::size_t j = 0; j < sweep_.terms; ++j) {
-        sweep_.amplitude[mode][j] += equations_->line().amplitudes(j)[mode];
-      }
-      sweep_.amplitude[mode][0] += damps_by_rate() ? start_amplitude_[mode] : 0.0;
-    }
-    if (damps_by_rate()) {
-      sweep_.find_rates();
-    }
-    if (line_forces_) {
-      const petsc::LogScope contact{petsc::log_events().contact};
-      line_forces_->apply();
-    }
-    if (damps_by_rate()) {
-      sweep_.find_drive(true);
-    }
-  }
-
-  /// The line's answer to the places at the start, from which the moments of damped masses count.
-  void solve_start() {
-    std::vector<double> displacement(count_);
-    for (std::size_t i = 0; i < count_; ++i) {
-      displacement[i] = start_[i] - sweep_.axis[i];
-    }
-    equations_->line().solve(displacement, {}, sweep_.start_stretch, {});
-    start_amplitude_.assign(equations_->line().amplitudes().begin(), equations_->line().amplitudes().end());
+    sweep_.reach = response_bounds(sweep_.scale(), sweep_.terms);
   }
 
   /// Repeats solves and local motion until they agree; false if they do not.
@@ -437,12 +313,12 @@ class Impact final : public ProblemIntegrator {
     if (line_forces_) {
       line_forces_->begin();
     }
-    load_line(step);
-    extrapolate(step);
+    line_->load(begin_, step);
+    line_->extrapolate(step);
     move(true);
     double before = std::numeric_limits<double>::infinity();
     for (int sweeps = 1; sweeps <= kMostSweeps; ++sweeps) {
-      solve_line();
+      line_->solve(line_forces_ ? &*line_forces_ : nullptr);
       move(false);
       if (line_forces_) {
         line_forces_->tell(tally_);
@@ -477,7 +353,7 @@ class Impact final : public ProblemIntegrator {
       if (left <= kSettled) {
         return true;
       }
-      if (sweeps > kPatience && left * std::pow(contraction, kMostSweeps - sweeps) > kSettled) {
+      if (sweeps > kSweepsBeforeForecast && left * std::pow(contraction, kMostSweeps - sweeps) > kSettled) {
         return false;
       }
       before = change;
@@ -491,10 +367,10 @@ class Impact final : public ProblemIntegrator {
     tally_ = {};
     sweep_.predict = predict;
     touching_->begin(tally_);
-    Largest largest;
+    SweepMaxima largest;
     for (std::size_t from = 0; from < count_; from += kBlock) {
       const std::size_t to = std::min(from + kBlock, count_);
-      Rows rows = sweep_.rows(from);
+      BlockRows rows = sweep_.rows(from);
       rows.free = touching_->take_out(from, to, largest);
       map_masses(sweep_.terms, predict, rows, to - from, sweep_.map, sweep_.step, largest);
       touching_->move(from, largest);
@@ -513,7 +389,7 @@ class Impact final : public ProblemIntegrator {
     }
   }
 
-  void finish_tally(const Largest& largest) {
+  void finish_tally(const SweepMaxima& largest) {
     auto& most = tally_.most;
     most[Tally::speed] = speed_;
     most[Tally::extent] = extent_;
@@ -539,12 +415,9 @@ class Impact final : public ProblemIntegrator {
   PetscBool moments_given_ = PETSC_FALSE;
   double longest_ = 0.0;
   Sweep sweep_;
+  std::optional<SweptLine> line_;
   std::optional<TouchingMasses> touching_;
   std::optional<LineForces> line_forces_;
-  bool steady_known_ = false;
-  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
-  std::vector<double> start_amplitude_;                           // of `Sweep::start_stretch`
-  std::vector<double> work_;
   double kink_integral_ = 0.0;
   double speed_ = 0.0;   // largest of this rank at the start of the step [m/s]
   double extent_ = 0.0;  // the same of the distance from the axis [m]
@@ -552,8 +425,6 @@ class Impact final : public ProblemIntegrator {
   LineAnswer line_answer_;
   Tally tally_;
   TallyReduction reduce_;
-  double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]
-  bool from_end_ = true;          // the next step starts at its end, not at its start
   double next_step_ = 0.0;
   double error_ = 0.0;
   PetscInt own_steps_ = 0;  // of this run; that of the TS goes on through a restart

@@ -35,7 +35,7 @@ class Moreau final : public ProblemIntegrator {
       displacement_[i] = guess_[i] - equations_->axis()[i];
     }
     equations_->line().solve(displacement_, equations_->loads().mean(begin_, begin_ + step_, work_), stretch_, {});
-    hold();
+    resolve_contact();
     double zero = 0.0;  // stays zero unless some value is not finite
     {
       const petsc::WriteArray end{state_};
@@ -119,7 +119,7 @@ class Moreau final : public ProblemIntegrator {
   /// v+ - s+ >= -e (v- - s-) where a support of velocity s is reached in this step. As v+ = v- + (4/h) d with the
   /// stretch d from y + h/2 v-, that is d >= -(h/4)((1 + e) v- - s+ - e s-): the line held off a support, and the
   /// impulse over the step's length is the force.
-  void hold() {
+  void resolve_contact() {
     if (contact_nodes_ == nullptr) {
       return;
     }
@@ -144,7 +144,7 @@ class Moreau final : public ProblemIntegrator {
         gaps[i] = points[i].side * (of[gap] - 0.25 * step_ * (face.after + e * face.before));
       }
     }
-    held_ = contact_nodes_->solve(gaps, force_);
+    in_contact_ = contact_nodes_->solve(gaps, force_);
     const std::array<double*, 1> line{stretch_.data()};
     contact_nodes_->add(force_, line, {});
   }
@@ -181,7 +181,7 @@ class Moreau final : public ProblemIntegrator {
       }
     }
     contact_->flow({.work = work_in_});
-    if (held_) {
+    if (in_contact_) {
       contact_->hold(begin_, begin_ + length_);
     }
   }
@@ -192,7 +192,7 @@ class Moreau final : public ProblemIntegrator {
   std::vector<double> displacement_;
   std::vector<double> stretch_;  // ymid - guess
   std::vector<double> force_;    // by contact point [N]
-  bool held_ = false;            // any of them on any rank
+  bool in_contact_ = false;      // any of them on any rank
   double work_in_ = 0.0;         // by supports that move, in the middle of the step [J]
   std::vector<double> work_;
 };

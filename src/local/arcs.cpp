@@ -67,17 +67,17 @@ void fill_gap(const Problem& problem, const Mass& mass, std::size_t stop, FreeAr
 }
 
 /// When something happens at a stop; negative: nothing does.
-struct Meeting {
+struct StopEvent {
   double at = -1.0;
   bool opens = false;
 };
 
 /// A closed gap: when its force falls to zero or, where it has none, comes back or the gap opens.
-Meeting end_of_touch(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
+StopEvent end_of_touch(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
   const Stop& support = problem.stops[stop];
   const ElasticTouch& touch = mass.touch[stop];
   auto& gap = arc.gap;
-  Meeting first;
+  StopEvent first;
   if (touch.slack()) {
     for (std::size_t k = 0; k < arc.powers; ++k) {
       gap[k] = -gap[k];
@@ -120,11 +120,11 @@ double next_closing(const Problem& problem, const Mass& mass, std::size_t stop, 
   return *from < 0.0 ? 0.0 : first_zero(from, arc.powers - skip, end);
 }
 
-Meeting meet(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
+StopEvent meet(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
   fill_gap(problem, mass, stop, arc);
   if (mass.touch[stop].closed()) {
-    const Meeting met = end_of_touch(problem, mass, stop, arc, end);
-    return arc.stalled ? Meeting{} : met;
+    const StopEvent met = end_of_touch(problem, mass, stop, arc, end);
+    return arc.stalled ? StopEvent{} : met;
   }
   if (mass.standing == static_cast<int>(stop) || arc.gap[0] <= problem.together) {
     const double at = next_closing(problem, mass, stop, arc, end);
@@ -336,7 +336,7 @@ void find_event(const Problem& problem, const Mass& mass, FreeArc& arc) {
     if (!problem.stops[stop].present) {
       continue;
     }
-    const Meeting first = meet(problem, mass, stop, arc, arc.length);
+    const StopEvent first = meet(problem, mass, stop, arc, arc.length);
     if (first.at >= 0.0 && first.at <= arc.length) {
       arc.length = first.at;
       arc.met = static_cast<int>(stop);

@@ -23,8 +23,8 @@ constexpr std::uint64_t kInfinite = 0x7ff0'0000'0000'0000;
 
 // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
 template <std::size_t Terms, bool Predict, bool Damped>
-[[gnu::always_inline]] inline void map_block(const Rows& rows, std::size_t count, const DenseMap& all, double step,
-                                             Largest& largest) {
+[[gnu::always_inline]] inline void map_block(const BlockRows& rows, std::size_t count, const DenseMap& all, double step,
+                                             SweepMaxima& largest) {
   double start[Terms];
   double weight[Terms][Terms];
   constexpr std::size_t unknowns = Terms + (Damped ? 1 : 0);
@@ -137,8 +137,8 @@ template <std::size_t Terms, bool Predict, bool Damped>
 }
 
 template <std::size_t Terms, bool Given>
-[[gnu::always_inline]] inline void bound_block(const Rows& rows, std::size_t count, const Reach& reach, double step,
-                                               const Bounds& bounds) {
+[[gnu::always_inline]] inline void bound_block(const BlockRows& rows, std::size_t count, const ResponseBounds& reach,
+                                               double step, const BlockBounds& bounds) {
   const double* __restrict moment[Terms];
   const double* __restrict line[Terms];
   double of_line[Terms][kBounds];
@@ -233,7 +233,7 @@ template <std::size_t Terms>
 }
 
 template <std::size_t Terms, bool Level>
-[[gnu::always_inline]] inline double lowest_block(const Rows& rows, std::size_t count, double side,
+[[gnu::always_inline]] inline double lowest_block(const BlockRows& rows, std::size_t count, double side,
                                                   const double* heights, const Square& all) {
   double bernstein[Terms][Terms];
   const double* __restrict line[Terms];
@@ -280,8 +280,8 @@ template <class Body>
 }  // namespace
 
 UDAR_CLONES
-void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
-                Largest& largest) {
+void map_masses(std::size_t terms, bool predict, const BlockRows& rows, std::size_t count, const DenseMap& map,
+                double step, SweepMaxima& largest) {
   with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
     if (rows.damped) {
       return predict ? map_block<Terms, true, true>(rows, count, map, step, largest)
@@ -293,8 +293,8 @@ void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t c
 }
 
 UDAR_CLONES
-void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
-                  const Bounds& bounds) {
+void bound_masses(std::size_t terms, bool predict, const BlockRows& rows, std::size_t count,
+                  const ResponseBounds& reach, double step, const BlockBounds& bounds) {
   with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
     return predict || rows.damped ? bound_block<Terms, true>(rows, count, reach, step, bounds)
                                   : bound_block<Terms, false>(rows, count, reach, step, bounds);
@@ -311,7 +311,7 @@ void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line
 namespace {
 
 template <bool Level>
-[[gnu::always_inline]] inline void mark_block(const Nearness& of, std::size_t count, const double* position,
+[[gnu::always_inline]] inline void mark_block(const NearSupport& of, std::size_t count, const double* position,
                                               const double* bound, const std::int32_t* resting, std::uint8_t* near) {
   const double side = of.side;
   const double height = of.height;
@@ -328,14 +328,14 @@ template <bool Level>
 }  // namespace
 
 UDAR_CLONES
-void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
+void mark_near(const NearSupport& of, std::size_t count, const double* position, const double* bound,
                const std::int32_t* resting, std::uint8_t* near) {
   return of.heights == nullptr ? mark_block<true>(of, count, position, bound, resting, near)
                                : mark_block<false>(of, count, position, bound, resting, near);
 }
 
 UDAR_CLONES
-double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side, const double* heights,
+double lowest_line(std::size_t terms, const BlockRows& rows, std::size_t count, double side, const double* heights,
                    const Square& bernstein) {
   return with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
     return heights == nullptr ? lowest_block<Terms, true>(rows, count, side, heights, bernstein)

@@ -117,8 +117,8 @@ void set_gain(DenseMap& map, const StepScale& scale, std::size_t terms, const Li
   map.contraction = std::max(1.0 - answer.share, answer.share - answer.least) * std::pow(norm, 1.0 / (1 << kSquarings));
 }
 
-Reach reach_of(const StepScale& scale, std::size_t terms) {
-  Reach reach;
+ResponseBounds response_bounds(const StepScale& scale, std::size_t terms) {
+  ResponseBounds reach;
   bound_series(scale, {}, 1.0, reach.start, reach.rest_of_start);
   for (std::size_t j = 0; j < terms; ++j) {
     bound_series(scale, kLegendre[j], 0.0, reach.line[j], reach.rest_of_line[j]);

@@ -33,7 +33,7 @@ struct Sweep {
   std::span<const double> axis;   ///< height of the reference axis [m]
   std::span<const double> mass;   ///< [kg]
   DenseMap map;                   ///< of this step
-  Reach reach;
+  ResponseBounds reach;
   /// Legendre coefficients of Ym - axis [m]; with line damping of Ym less its start, since rates must not suffer from
   /// the rounding of places, and one more: its value at the end.
   std::array<std::vector<double>, kMostUnknowns> moment_rows;
@@ -52,8 +52,8 @@ struct Sweep {
   std::array<double, kBlock> all_free{};  ///< ones
 
   /// The values of a block; all of its masses are free.
-  [[nodiscard]] Rows rows(std::size_t from) {
-    Rows rows{};
+  [[nodiscard]] BlockRows rows(std::size_t from) {
+    BlockRows rows{};
     for (std::size_t j = 0; j < terms; ++j) {
       rows.line[j] = line_rows[j].data() + from;
       rows.drive[j] = drive(j).data() + from;

@@ -28,7 +28,7 @@ struct DenseMap {
 
 /// @brief Bernstein coefficients of z over the step bound it from both sides; what lies beyond their degree is added.
 inline constexpr std::size_t kBounds = 9;
-struct Reach {
+struct ResponseBounds {
   std::array<double, kBounds> start{};  // of s
   std::array<std::array<double, kBounds>, kMostTerms> line{};
   double rest_of_start = 0.0;
@@ -37,7 +37,7 @@ struct Reach {
 
 /// @brief Bounds over the step, one per mass [m]: of its displacement if it touches nothing, and of the line's from the
 /// mass's position at the start.
-struct Bounds {
+struct BlockBounds {
   double* low;
   double* high;
   double* line_low;
@@ -45,7 +45,7 @@ struct Bounds {
 };
 
 /// @brief Where a block of nodes has its values.
-struct Rows {
+struct BlockRows {
   std::array<double*, kMostUnknowns> moment;    // u: what the line was solved for; out: the next
   std::array<double*, kMostTerms> line;         // d: stretch of the line; out: p
   std::array<const double*, kMostTerms> drive;  // p, and what the line's rate adds, where that is known before
@@ -59,9 +59,9 @@ struct Rows {
   double* speed;
 };
 
-/// @brief Largest values of the block: change of a moment and of one of the velocity, last Legendre term of what drives
-/// and the one before.
-struct Largest {
+/// @brief SweepMaxima values of the block: change of a moment and of one of the velocity, last Legendre term of what
+/// drives and the one before.
+struct SweepMaxima {
   double change = 0.0;
   double rate = 0.0;
   double last = 0.0;
@@ -85,19 +85,19 @@ template <std::size_t Count>
 /// Predicting or damped, `drive` is known, and predicting the moments are what it makes of them. What is not finite
 /// spreads, and is noted.
 /// @param terms 2 to 5 @param step [s]
-void map_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const DenseMap& map, double step,
-                Largest& largest);
+void map_masses(std::size_t terms, bool predict, const BlockRows& rows, std::size_t count, const DenseMap& map,
+                double step, SweepMaxima& largest);
 
 /// @brief Legendre coefficients in another interval, in place: line[j] <- sum_(k >= j) change[j][k] line[k].
 void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
                   const Square& change);
 
 /// @brief Bounds of `count` masses; `rows` as for `map_masses`, before it.
-void bound_masses(std::size_t terms, bool predict, const Rows& rows, std::size_t count, const Reach& reach, double step,
-                  const Bounds& bounds);
+void bound_masses(std::size_t terms, bool predict, const BlockRows& rows, std::size_t count,
+                  const ResponseBounds& reach, double step, const BlockBounds& bounds);
 
 /// @brief When a mass is near its support: a distance to both [m].
-struct Nearness {
+struct NearSupport {
   double side = 1.0;
   double height = 0.0;
   const double* heights = nullptr;  // of each mass, added to `height`; null: none
@@ -106,13 +106,13 @@ struct Nearness {
 
 /// @brief Marks the masses that may meet a support, by bounds of their displacements [m], or rest: everything but not
 /// zero.
-void mark_near(const Nearness& of, std::size_t count, const double* position, const double* bound,
+void mark_near(const NearSupport& of, std::size_t count, const double* position, const double* bound,
                const std::int32_t* resting, std::uint8_t* near);
 
 /// @brief A bound from below of `side` times the line's position over the step, for all of `count` nodes [m].
 /// @param rows line (p) and position @param heights what to count from [m]; null: zero
 /// @param bernstein [coefficient][Legendre term]
-[[nodiscard]] double lowest_line(std::size_t terms, const Rows& rows, std::size_t count, double side,
+[[nodiscard]] double lowest_line(std::size_t terms, const BlockRows& rows, std::size_t count, double side,
                                  const double* heights, const Square& bernstein);
 
 }  // namespace udar

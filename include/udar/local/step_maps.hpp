@@ -30,6 +30,6 @@ struct LineAnswer {
 void set_gain(DenseMap& map, const StepScale& scale, std::size_t terms, const LineAnswer& answer);
 
 /// @brief Bounds of the motion.
-[[nodiscard]] Reach reach_of(const StepScale& scale, std::size_t terms);
+[[nodiscard]] ResponseBounds response_bounds(const StepScale& scale, std::size_t terms);
 
 }  // namespace udar

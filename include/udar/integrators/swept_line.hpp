@@ -1,0 +1,62 @@
+#pragma once
+/// @file
+/// The line over a step of the impact integrator.
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "udar/integrators/line_forces.hpp"
+#include "udar/integrators/sweep.hpp"
+#include "udar/motion/contact_state.hpp"
+#include "udar/motion/equations.hpp"
+#include "udar/motion/motion_state.hpp"
+
+namespace udar {
+
+/// @brief The Legendre series of the line's motion in the sweep: extrapolated into a step, solved for in every sweep.
+class SweptLine {
+ public:
+  /// Both outlive this object; the sweep has its terms, damping and rows.
+  SweptLine(Equations& equations, Sweep& sweep);
+
+  /// @brief The line goes on as the masses do. @param velocity Vm [m/s] @param step over which it is a polynomial [s]
+  void start(const LineState& line, const ContactState& contact, const double* velocity, double step);
+  /// The step of this length [s] is over: the motion counts from the new positions.
+  void begin_step(double length);
+  /// ... or is taken again: the polynomial is that of the step taken back.
+  void take_back() noexcept { from_end_ = false; }
+
+  /// @brief What forces add to the line's motion of this step: all of it but its answer to the masses.
+  /// @note Collective: a line solve where it is not known.
+  void load(double begin, double step);
+  /// @brief With damping by the line's rate: the line's answer to the places at the start, from which the moments of
+  /// damped masses count. @note Collective: a line solve.
+  void solve_start();
+  /// The motion over a new step: the polynomial at hand, gone on with or cut.
+  void extrapolate(double step);
+  /// @brief The line for all that a sweep has changed, and what drives the masses next.
+  /// @param forces of contact on the line; null: there is none @note Collective.
+  void solve(LineForces* forces);
+
+  /// Mean of what pulls a mass over a share of the step, from its place at the start [m].
+  [[nodiscard]] double mean_stretch(std::size_t node, double tau) const;
+  [[nodiscard]] std::vector<double> amplitude_integrals(double tau, double length) const;
+
+  void save(MotionState& state) const;
+  void restore(const MotionState& state);
+
+ private:
+  [[nodiscard]] bool damps_by_rate() const { return sweep_->line_damping != 0.0; }
+
+  Equations* equations_;
+  Sweep* sweep_;
+  bool steady_known_ = false;
+  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
+  std::vector<double> start_amplitude_;                           // of `Sweep::start_stretch`
+  std::vector<double> work_;
+  double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]
+  bool from_end_ = true;          // the next step starts at its end, not at its start
+};
+
+}  // namespace udar
