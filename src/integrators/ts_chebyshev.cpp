@@ -422,6 +422,37 @@ class Chebyshev final : public ProblemIntegrator {
     return first * time + 0.5 * steady * time * time + motion_->stretch(sum, node);
   }
 
+  /// What corrected modes put into the pull on the masses without the line being there: by sample, then mode.
+  [[nodiscard]] std::vector<std::vector<double>> amplitudes_at(const std::vector<Sample>& samples) const {
+    std::vector<std::vector<double>> amplitudes;
+    for (const Sample& at : samples) {
+      auto& now = amplitudes.emplace_back(amplitude_);
+      for (std::size_t mode = 0; mode < now.size(); ++mode) {
+        now[mode] +=
+            (amplitude_rate_.empty() ? 0.0 : amplitude_rate_[mode] * at.time) + motion_->amplitude(at.weights[0], mode);
+      }
+    }
+    return amplitudes;
+  }
+
+  /// Distance of the line from a support [m]. @param amplitudes in corrected modes
+  [[nodiscard]] double line_distance(const ContactSet& run, std::size_t node, const Sample& at,
+                                     const std::vector<double>& amplitudes) const {
+    double line = 0.0;
+    if (contact_->resting(node)) {
+      line = run.side * (start_[node] - run.height(node)) -
+             (contact_->resting_on(node, run) ? pressing(run, node, at)[0] : 0.0);
+    } else {
+      const Kinematics now = gap(run, node, at);
+      line = now.position + now.acceleration / (wf_ * wf_);
+    }
+    const auto& corrected = equations_->line().corrected_modes();
+    for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
+      line -= run.side * amplitudes[mode] * corrected[mode].shape[node];
+    }
+    return line;
+  }
+
   /// Smallest distance of the line at the contact nodes, and what resting masses pressed.
   void track_contact() {
     if (contact_->runs().empty()) {
@@ -433,54 +464,42 @@ class Chebyshev final : public ProblemIntegrator {
     for (std::size_t i = 1; i <= intervals; ++i) {
       samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
     }
-    std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
-    for (std::size_t i = 0; i < intervals && contact_->any_resting(); ++i) {
-      sums.push_back(motion_->weights(-1, samples[i].time));
-    }
-    std::vector<double> pressed(intervals);
-    // What corrected modes put into the pull on the masses without the line being there.
-    const auto& corrected = equations_->line().corrected_modes();
-    std::vector<std::vector<double>> amplitudes;
-    for (const Sample& at : samples) {
-      auto& now = amplitudes.emplace_back(amplitude_);
-      for (std::size_t mode = 0; mode < now.size(); ++mode) {
-        now[mode] +=
-            (amplitude_rate_.empty() ? 0.0 : amplitude_rate_[mode] * at.time) + motion_->amplitude(at.weights[0], mode);
+    const std::vector<std::vector<double>> amplitudes = amplitudes_at(samples);
+    for (const ContactSet& run : contact_->runs()) {
+      for (std::size_t node = run.first; node < run.last; ++node) {
+        for (std::size_t s = 0; s < samples.size(); ++s) {
+          contact_->line_at(line_distance(run, node, samples[s], amplitudes[s]), node, begin_ + samples[s].time);
+        }
       }
+    }
+    if (contact_->any_resting()) {
+      track_pressing(samples);
+    }
+  }
+
+  /// What resting masses pressed, by intervals: a step may be much longer than what a force is averaged over.
+  void track_pressing(const std::vector<Sample>& samples) {
+    std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
+    for (const Sample& at : samples) {
+      sums.push_back(motion_->weights(-1, at.time));
     }
     for (const ContactSet& run : contact_->runs()) {
+      std::vector<double> pressed(samples.size());
       bool presses = false;
-      std::ranges::fill(pressed, 0.0);
       for (std::size_t node = run.first; node < run.last; ++node) {
-        const bool rests = contact_->resting(node);
-        for (std::size_t s = 0; s < samples.size(); ++s) {
-          const Sample& at = samples[s];
-          double line = 0.0;  // above the support
-          if (rests) {
-            line = run.side * (start_[node] - run.height(node)) -
-                   (contact_->resting_on(node, run) ? pressing(run, node, at)[0] : 0.0);
-          } else {
-            const Kinematics now = gap(run, node, at);
-            line = now.position + now.acceleration / (wf_ * wf_);
-          }
-          for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
-            line -= run.side * amplitudes[s][mode] * corrected[mode].shape[node];
-          }
-          contact_->line_at(line, node, begin_ + at.time);
+        if (!contact_->resting_on(node, run)) {
+          continue;
         }
-        if (contact_->resting_on(node, run)) {
-          presses = true;
-          const double stiffness = wf_ * wf_ * equations_->line().mass()[node];
-          double before = 0.0;
-          for (std::size_t i = 0; i < intervals; ++i) {
-            const double stretch = stretch_integral(node, samples[i].time, sums[i]);
-            pressed[i] -= stiffness * (stretch - before);
-            before = stretch;
-          }
+        presses = true;
+        const double stiffness = wf_ * wf_ * equations_->line().mass()[node];
+        double before = 0.0;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+          const double stretch = stretch_integral(node, samples[i].time, sums[i]);
+          pressed[i] -= stiffness * (stretch - before);
+          before = stretch;
         }
       }
-      // By intervals: a step may be much longer than what a force is averaged over.
-      for (std::size_t i = 0; i < intervals && presses; ++i) {
+      for (std::size_t i = 0; i < samples.size() && presses; ++i) {
         contact_->press(run.support, pressed[i], begin_ + (i > 0 ? samples[i - 1].time : 0.0),
                         begin_ + samples[i].time);
       }
