@@ -21,10 +21,10 @@ namespace {
 constexpr std::uint64_t kMagnitude = 0x7fff'ffff'ffff'ffff;
 constexpr std::uint64_t kInfinite = 0x7ff0'0000'0000'0000;
 
+// Vector kernels: one loop over the masses each, whose constant inner loops the compiler takes apart.
 // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays,modernize-avoid-c-arrays,cppcoreguidelines-pro-type-member-init)
-// NOLINTNEXTLINE(readability-function-cognitive-complexity,readability-function-size): a vector kernel, one loop over
-// lanes
 template <std::size_t Terms, bool Predict, bool Damped>
+// NOLINTNEXTLINE(readability-function-cognitive-complexity,readability-function-size): a kernel
 [[gnu::always_inline]] inline void map_block(const BlockRows& rows, std::size_t count, const DenseMap& all, double step,
                                              SweepMaxima& largest) {
   double start[Terms];
