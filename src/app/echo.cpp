@@ -89,7 +89,7 @@ std::optional<double> expected_contact(const Case& input, const BeamChain& beam)
   if (!moves_as_rigid(input) || input.supports.empty()) {
     return std::nullopt;
   }
-  const MassState masses = initial_masses(beam, input.initial);
+  const MassState masses = initial_masses(beam.points(), input.initial);
   double first = kNever;
   for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
     const double lift = run.lift(0.0).height;
@@ -149,7 +149,7 @@ void warn_of_implausible(const Case& input, const BeamChain& beam) {
     petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
   }
   double highest = 0.0;
-  const MassState masses = initial_masses(beam, input.initial);
+  const MassState masses = initial_masses(beam.points(), input.initial);
   for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
     for (std::size_t node = run.first; node < run.last; ++node) {
       highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));

@@ -24,7 +24,7 @@ constexpr double kWarningShare = 0.1;
 constexpr double kStiff = 3.0;
 
 const char* describe(const BeamEnd& end) {
-  if (end.held()) {
+  if (end.fixed()) {
     return end.moment_free() ? "pinned" : "clamped";
   }
   return end.translational_stiffness == 0.0 && end.moment_free() ? "free" : "spring";
@@ -56,7 +56,7 @@ SupportSprings support_springs(const FilteredStructure& line, const Case& input)
     return {};  // nothing gives way
   }
   const double wf2 = line.filter_frequency() * line.filter_frequency();
-  const MassState masses = initial_masses(beam, input.initial);
+  const MassState masses = initial_masses(beam.points(), input.initial);
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
   for (const ContactSet& run : find_contact_sets(beam, input.supports)) {

@@ -38,7 +38,7 @@ std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<S
     const BeamChain::NodeRange touched = touched_nodes(beam, support);
     const double carried = support.elastic() ? beam.mass_of(touched) : 0.0;
     for (PetscInt node = std::max(first, touched.first); node <= std::min(last, touched.last); ++node) {
-      if (!beam.held(node)) {
+      if (!beam.fixed(node)) {
         points.push_back({.node = node,
                           .support = static_cast<PetscInt>(index),
                           .side = static_cast<double>(support.side),

@@ -34,7 +34,7 @@ std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vect
   std::vector<ContactSet> runs;
   for (std::size_t index = 0; index < supports.size(); ++index) {
     const Support& support = supports[index];
-    require_on_beam("support position", support.position, beam.length());
+    require_on("support position", support.position, beam.points().extent());
     require(support.width >= 0.0, "support width", support.width, "a number >= 0 [m]");
     require(std::isfinite(support.height), "support height", support.height, "a finite number [m]");
     require(support.restitution >= 0.0 && support.restitution <= 1.0, "contact restitution", support.restitution,
@@ -77,7 +77,7 @@ std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vect
     PetscInt from = std::max(first, beam.begin());
     const PetscInt end = std::min(last + 1, beam.end());
     for (PetscInt node = from; node < end; ++node) {
-      if (beam.held(node)) {  // its mass never moves
+      if (beam.fixed(node)) {  // its mass never moves
         add(from, node);
         from = node + 1;
       }

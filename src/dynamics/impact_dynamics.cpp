@@ -103,7 +103,7 @@ ImpactDynamics::ImpactDynamics(Model& model)
 
 /// The state of the TS at the start, masses on their own side of every support.
 petsc::Vector ImpactDynamics::place_masses(const InitialState& initial) {
-  const MassState masses = initial_masses(model_->beam, initial);
+  const MassState masses = initial_masses(model_->beam.points(), initial);
   refuse_overlap(model_->beam, contact_, near_, masses);
   contact_.measure(problem_.scale.length);
   petsc::Vector state;

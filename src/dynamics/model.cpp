@@ -31,7 +31,7 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const std::ve
 Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare)
     : beam{comm, parameters.beam},
       line{beam, parameters.filter},
-      loads{beam, parameters.gravity, parameters.loads},
+      loads{beam.points(), parameters.gravity, parameters.loads},
       initial{parameters.initial},
       supports{parameters.supports},
       contact{resolved(parameters.contact, parameters.filter)},

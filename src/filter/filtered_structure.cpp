@@ -83,7 +83,7 @@ FilteredStructure::ElementTerms FilteredStructure::element_terms(const BeamEleme
 
 /// @param stiffness filter spring and ground [N/m]
 FilteredStructure::NodeTerms FilteredStructure::node_terms(PetscInt node, double stiffness) const {
-  NodeTerms terms{.diagonal = {stiffness, 0.0}, .present = {!beam_->held(node), true}};
+  NodeTerms terms{.diagonal = {stiffness, 0.0}, .present = {!beam_->fixed(node), true}};
   if (const BeamEnd* end = beam_->end_at(node); end != nullptr) {
     if (parameters_.formulation == Formulation::mixed) {
       terms.present[1] = !end->moment_free();
@@ -147,7 +147,7 @@ void FilteredStructure::collect_terms() {
   for (PetscInt node = beam.begin(); node < std::min(beam.end() + 1, beam.nodes()); ++node) {
     const double mass = beam.mass(node);
     line_.filter_stiffness.push_back(wf2_ * mass);
-    line_.ground_stiffness.push_back(beam.held(node) ? BeamEnd::kRigid : beam.ground_stiffness(node));
+    line_.ground_stiffness.push_back(beam.fixed(node) ? BeamEnd::kRigid : beam.ground_stiffness(node));
     const NodeTerms terms = node_terms(node, spring(line_.filter_stiffness.size() - 1));
     const auto local = static_cast<std::size_t>(node - beam.begin());
     const std::array<double, 2> factors = scales(terms, line_.elements[local], line_.elements[local + 1]);

@@ -75,7 +75,7 @@ std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
   UDAR_CALL(VecGetArrayWrite(vector, &start));
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
     const auto number = static_cast<double>(node);
-    start[node - beam.begin()] = beam.held(node) ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
+    start[node - beam.begin()] = beam.fixed(node) ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
   }
   UDAR_CALL(VecRestoreArrayWrite(vector, &start));
   EigenSolver solver;
@@ -104,7 +104,7 @@ std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
       std::vector<double>& shape = shapes->emplace_back(entries, entries + beam.local_nodes());
       UDAR_CALL(VecRestoreArrayRead(vector, &entries));
       for (std::size_t node = 0; node < shape.size(); ++node) {
-        const bool held = beam.held(beam.begin() + static_cast<PetscInt>(node));
+        const bool held = beam.fixed(beam.begin() + static_cast<PetscInt>(node));
         shape[node] = held ? 0.0 : shape[node] / std::sqrt(line.mass()[node]);
       }
     }
@@ -116,9 +116,8 @@ std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_sha
   // A mode this slow compared with wf is a rigid motion seen through round-off; a value as close to one is the mass
   // where the line is held.
   constexpr double kRigid = 1e-12;
-  const auto gaps = std::ranges::count_if(line.beam().parameters().segments, &BeamSegment::is_gap);
   const PetscInt count = wanted.count;
-  wanted.count += 2 * (static_cast<PetscInt>(gaps) + 1);  // rigid ones
+  wanted.count += line.beam().rigid_modes();
   std::vector<std::vector<double>> shapes;
   const std::vector<double> values = eigenvalues(line, wanted, with_shapes ? &shapes : nullptr);
   const double wf = line.filter_frequency();

@@ -37,13 +37,8 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
         "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "
         "the rate of the line, by which it pulls, jumps where the line is held"};
   }
-  const BeamChain& beam = line.beam();
-  const auto count = static_cast<std::size_t>(beam.local_nodes());
-  axis_.reserve(count);
-  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-    axis_.push_back(initial.axis(beam.position(node), beam.length()));
-  }
-  displacement_.resize(count);
+  axis_ = reference_axis(line.points(), initial);
+  displacement_.resize(axis_.size());
 }
 
 void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment) {
@@ -114,7 +109,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   }
   sums[1] = line_->strain_energy(displacement_, state.moment);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
   EnergyLedger ledger;
   ledger.kinetic = sums[0];
   ledger.line_strain = sums[1];

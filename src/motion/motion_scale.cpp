@@ -107,7 +107,7 @@ Cause of_loads(Equations& equations, double end) {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_SUM,
-                equations.beam().comm());
+                equations.points().comm());
   std::vector<double> stretch(equations.axis().size());
   const std::vector<double> none(stretch.size(), 0.0);
   for (const bool blow : {false, true}) {
@@ -131,25 +131,25 @@ Cause of_loads(Equations& equations, double end) {
 }
 
 /// What no beam does at the start.
-void refuse_absurd(const BeamChain& beam, const MassState& masses, const InitialState& initial) {
+void refuse_absurd(const MassPoints& points, const MassState& masses, const InitialState& initial) {
   constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
   std::array<double, 2> largest{};     // velocity, offset from the axis
+  const std::vector<double> axis = reference_axis(points, initial);
   for (std::size_t i = 0; i < masses.position.size(); ++i) {
-    const double x = beam.position(beam.begin() + static_cast<PetscInt>(i));
     largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
-    largest[1] = std::max(largest[1], std::abs(masses.position[i] - initial.axis(x, beam.length())));
+    largest[1] = std::max(largest[1], std::abs(masses.position[i] - axis[i]));
   }
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, points.comm());
+  const double length = points.extent().length();
   std::ostringstream message;
   if (!(largest[0] < kSpeedOfLight)) {
     message << "initial velocity, initial angular velocity, initial shape: a mass starts with " << largest[0]
             << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
     throw InputError{message.str()};
   }
-  if (!(largest[1] <= kLengths * beam.length())) {
-    message << "initial shape: an offset of " << largest[1] << " is not allowed, expected at most "
-            << kLengths * beam.length() << " [m], " << kLengths
-            << " lengths of the beam: its theory is one of small slopes";
+  if (!(largest[1] <= kLengths * length)) {
+    message << "initial shape: an offset of " << largest[1] << " is not allowed, expected at most " << kLengths * length
+            << " [m], " << kLengths << " lengths of the beam: its theory is one of small slopes";
     throw InputError{message.str()};
   }
 }
@@ -158,9 +158,9 @@ void refuse_absurd(const BeamChain& beam, const MassState& masses, const Initial
 
 MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactSet> runs,
                          double end) {
-  const BeamChain& beam = equations.beam();
-  const MassState masses = initial_masses(beam, initial);
-  refuse_absurd(beam, masses, initial);
+  const MassPoints& points = equations.points();
+  const MassState masses = initial_masses(points, initial);
+  refuse_absurd(points, masses, initial);
   const double wf = equations.line().frequency_bound();
   enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, inputs };
   std::array<Cause, inputs> causes{};
@@ -189,11 +189,11 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
     largest[2 * i + 1] = causes[i].velocity;
   }
   largest.back() = drop;
-  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, points.comm());
 
   // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
   constexpr double kShape = 1e-6;  // of its length
-  const double furthest = kShape / kEpsilon * beam.length();
+  const double furthest = kShape / kEpsilon * points.extent().length();
   constexpr std::array<const char*, inputs> kInputs{"initial height", "initial shape", "initial velocity",
                                                     "support height", "gravity",       "support motion",
                                                     "load table"};

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <string>
 
+#include "chain_points.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/describe.hpp"
 
 namespace udar {
 namespace {
@@ -16,7 +19,6 @@ void require(bool condition, const std::string& message) {
 }
 
 constexpr double kEdgeTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
-constexpr double kEndTolerance = 1e-9;   // of the beam: so do ends
 
 }  // namespace
 
@@ -26,15 +28,6 @@ double BeamParameters::length() const {
     sum += segment.length;
   }
   return sum;
-}
-
-void require_on_beam(const char* quantity, double position, double length) {
-  if (!(std::abs(position - 0.5 * length) <= (0.5 + kEndTolerance) * length)) {
-    std::ostringstream message;
-    message << quantity << ": " << position << " is not allowed, expected a number from 0 to " << length
-            << " [m], on the beam";
-    throw InputError{message.str()};
-  }
 }
 
 BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, parameters_{std::move(parameters)} {
@@ -71,7 +64,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   require(std::isfinite(first_position_.back()), "beam length: the sum of all lengths must be finite [m]");
   require(parameters_.tension >= 0.0 && std::isfinite(parameters_.tension), "tension must be >= 0 [N]");
   for (const PointMass& point : parameters_.point_masses) {
-    require_on_beam("beam point mass position", point.position, length());
+    require_on("beam point mass position", point.position, {.from = 0.0, .to = length()});
     require(point.mass >= 0.0 && std::isfinite(point.mass), "a point mass must be >= 0 [kg]");
     node_masses_.emplace_back(nearest_node(point.position), point.mass);
     total_mass_ += point.mass;
@@ -79,7 +72,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   require(std::isfinite(total_mass_), "beam density: the mass of the beam must be finite [kg]");
   std::ranges::sort(node_masses_);
   for (const LineSupport& support : parameters_.line_supports) {
-    require_on_beam("beam line support position", support.position, length());
+    require_on("beam line support position", support.position, {.from = 0.0, .to = length()});
     require(support.stiffness >= 0.0, "the stiffness of a line support must be >= 0 [N/m]");
     node_springs_.emplace_back(nearest_node(support.position), support.stiffness);
   }
@@ -97,7 +90,15 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
   const PetscInt rest = nodes() % size;
   begin_ = rank * share + std::min<PetscInt>(rank, rest);
   end_ = begin_ + share + (rank < rest ? 1 : 0);
+  points_ = points_of(*this);
 }
+
+PetscInt BeamChain::rigid_modes() const {
+  const auto gaps = std::ranges::count_if(parameters_.segments, &BeamSegment::is_gap);
+  return 2 * (static_cast<PetscInt>(gaps) + 1);
+}
+
+void BeamChain::describe(Description& all) const { udar::describe(all, parameters_); }
 
 MomentStress BeamChain::moment_stress(PetscInt node) const {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -300,12 +301,12 @@ double BeamChain::ground_stiffness(PetscInt node) const {
   const double springs = sum_at(node_springs_, node);
   const BeamEnd* end = end_at(node);
   return (node > 0 ? half_element(node - 1) : 0.0) + (node < elements() ? half_element(node) : 0.0) +
-         (std::isinf(springs) ? 0.0 : springs) + (end != nullptr && !end->held() ? end->translational_stiffness : 0.0);
+         (std::isinf(springs) ? 0.0 : springs) + (end != nullptr && !end->fixed() ? end->translational_stiffness : 0.0);
 }
 
-bool BeamChain::held(PetscInt node) const {
+bool BeamChain::fixed(PetscInt node) const {
   const BeamEnd* end = end_at(node);
-  return (end != nullptr && end->held()) || std::isinf(sum_at(node_springs_, node));
+  return (end != nullptr && end->fixed()) || std::isinf(sum_at(node_springs_, node));
 }
 
 const BeamEnd* BeamChain::end_at(PetscInt node) const {

@@ -5,12 +5,12 @@
 #include "udar/petsc/error.hpp"
 
 namespace udar {
-Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
-  nodes_ = static_cast<std::size_t>(beam.local_nodes());
+Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
+  nodes_ = points.points();
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
-    for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-      weight_.push_back(-gravity * beam.mass(node));
+    for (const double mass : points.mass()) {
+      weight_.push_back(-gravity * mass);
     }
   }
   for (const NodalLoad& load : nodal) {
@@ -27,12 +27,12 @@ Loads::Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>
           "force "
           "[N] each"};
     }
-    require_on_beam("load position", load.position, beam.length());
+    require_on("load position", load.position, points.extent());
     kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
     time_dependent_ = time_dependent_ || load.time.size() > 1;
-    for (const auto& [node, share] : beam.lever(load.position)) {
-      if (share > 0.0 && node >= beam.begin() && node < beam.end()) {
-        local_.push_back({.local_node = node - beam.begin(), .share = share, .table = load});
+    for (const auto& [point, share] : points.lever({.x = load.position})) {
+      if (points.owns(point)) {
+        local_.push_back({.local_node = point - points.begin(), .share = share, .table = load});
       }
     }
   }

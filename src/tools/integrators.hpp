@@ -72,7 +72,7 @@ struct Bench {
 /// Fixed steps, half kicks; a mass found below its support with a velocity towards it is reversed.
 inline void leapfrog(const Motion& motion, Equations& equations, double angle, Result& result) {
   const BeamChain& beam = equations.beam();
-  MassState masses = initial_masses(beam, motion.initial);
+  MassState masses = initial_masses(beam.points(), motion.initial);
   const auto runs = find_contact_sets(beam, motion.supports);
   const auto steps = static_cast<int>(std::ceil(motion.end * kFilter / angle / kSamples)) * kSamples;
   const double h = motion.end / steps;

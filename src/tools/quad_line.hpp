@@ -46,7 +46,7 @@ inline QuadLine quad_line(const BeamChain& beam, double wf, const std::vector<do
   };
   const auto present = [&](PetscInt node) {
     const BeamEnd* end = beam.end_at(node);
-    return std::array<bool, 2>{!beam.held(node), end == nullptr || !end->moment_free()};
+    return std::array<bool, 2>{!beam.fixed(node), end == nullptr || !end->moment_free()};
   };
   Terms left{0, 0, 0};
   std::array<bool, 2> before{};

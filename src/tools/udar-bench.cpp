@@ -108,10 +108,10 @@ Numbers displacement(const BeamChain& beam, PetscInt begin, PetscInt end, double
   Numbers values;
   for (PetscInt node = begin; node < end; ++node) {
     const double s = beam.position(node) / beam.length();
-    const double window = (beam.held(0) ? s : 1.0) * (beam.held(beam.elements()) ? 1.0 - s : 1.0);
-    values.push_back(
-        beam.held(node) ? 0.0
-                        : window * (offset * (1.0 + 0.3 * s) + 5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s)));
+    const double window = (beam.fixed(0) ? s : 1.0) * (beam.fixed(beam.elements()) ? 1.0 - s : 1.0);
+    values.push_back(beam.fixed(node) ? 0.0
+                                      : window * (offset * (1.0 + 0.3 * s) +
+                                                  5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s)));
   }
   return values;
 }

@@ -97,11 +97,11 @@ struct Motion {
   Motion(const BeamChain& beam, double offset, double tilt) {
     for (PetscInt node = 0; node < beam.nodes(); ++node) {
       const double s = beam.position(node) / beam.length();
-      const double window = (beam.held(0) ? s : 1.0) * (beam.held(beam.elements()) ? 1.0 - s : 1.0);
-      displacement.push_back(beam.held(node) ? 0.0
-                                             : offset + tilt * s +
-                                                   window * (5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s) +
-                                                             1e-6 * std::sin(300.0 * s)));
+      const double window = (beam.fixed(0) ? s : 1.0) * (beam.fixed(beam.elements()) ? 1.0 - s : 1.0);
+      displacement.push_back(beam.fixed(node) ? 0.0
+                                              : offset + tilt * s +
+                                                    window * (5e-4 * (std::cos(3.0 * s) + std::sin(7.0 * s) + s * s) +
+                                                              1e-6 * std::sin(300.0 * s)));
       force.push_back(beam.mass(node) * (1.0 + std::cos(20.0 * s)));
     }
   }

@@ -74,7 +74,7 @@ TEST_P(Held, LowestModesConvergeToThoseOfTheContinuousBeam) {
 TEST_P(Held, AreTheModesOfTheLumpedBeamToRoundOff) {
   const BeamChain beam{PETSC_COMM_WORLD, held_beam(GetParam(), 20)};
   const test::Eigen exact = test::lumped_modes(beam);
-  const std::size_t rigid = beam.parameters().left.held() ? 0 : 2;
+  const std::size_t rigid = beam.parameters().left.fixed() ? 0 : 2;
   const std::vector<Mode> modes = exact_modes(beam, {}, 10);
   ASSERT_EQ(modes.size(), 10U);
   for (std::size_t k = 0; k < modes.size(); ++k) {

@@ -146,7 +146,7 @@ Dense line_stiffness(const BeamChain& beam) {
 std::vector<std::size_t> free_nodes(const BeamChain& beam) {
   std::vector<std::size_t> nodes;
   for (PetscInt node = 0; node < beam.nodes(); ++node) {
-    if (!beam.held(node)) {
+    if (!beam.fixed(node)) {
       nodes.push_back(static_cast<std::size_t>(node));
     }
   }

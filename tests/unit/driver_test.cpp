@@ -90,7 +90,7 @@ TEST(SnapshotSchedule, GoesOnBehindTheRowsThatWereTaken) {
 
 TEST(Kinks, SayWhereThePiecesOfAStepBegin) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(2)};
-  const Loads loads{beam, 0.0, {{.position = 0.0, .time = {0.1, 0.5}, .force = {0.0, 1.0}}}};
+  const Loads loads{beam.points(), 0.0, {{.position = 0.0, .time = {0.1, 0.5}, .force = {0.0, 1.0}}}};
   const Kinks kinks{loads, {}};
   EXPECT_EQ(kinks.after(0.0), 0.1);
   EXPECT_EQ(kinks.after(0.1), 0.5);
@@ -138,7 +138,7 @@ struct Balanced {
                    .initial = {.height = 2.0, .velocity = 1.0}}};
   Kinks kinks{fall.loads, {}};
   EnergyBalance balance{fall.equations, fall.dynamics.contact(), kinks};
-  MassState masses = initial_masses(fall.beam, fall.initial);
+  MassState masses = initial_masses(fall.beam.points(), fall.initial);
   LineState line;
 
   Balanced() {

@@ -203,7 +203,7 @@ double lifted_end(PetscInt elements, double length, std::size_t dense_points, do
   const std::vector<NodalLoad> load{{.position = segment.length, .time = {0.0}, .force = {lift}}};
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
   FilteredStructure line{beam, {.filter_frequency = 10.0}};
-  const Loads loads{beam, kGravity, load};
+  const Loads loads{beam.points(), kGravity, load};
   const InitialState initial{.height = 0.0};
   Equations equations{line,
                       loads,

@@ -23,7 +23,7 @@ namespace {
 struct Stepped {
   BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
   FilteredStructure line{beam, {.filter_frequency = 100.0}};
-  Loads loads{beam, 9.81, {}};
+  Loads loads{beam.points(), 9.81, {}};
   InitialState initial{.height = 0.52, .slope = 0.1, .velocity = -3.0};
   Equations equations{line, loads, initial};
   ContactState contact{beam, line.mass(), {Support::floor(0.0, 0.5)}, {.hop_tolerance = 1e-10}};
@@ -34,7 +34,7 @@ struct Stepped {
   explicit Stepped(const char* type) {
     UDAR_CALL(register_ts_chebyshev());
     UDAR_CALL(register_ts_impact());
-    const MassState masses = initial_masses(beam, initial);
+    const MassState masses = initial_masses(beam.points(), initial);
     const std::size_t count = masses.position.size();
     UDAR_CALL(VecCreateMPI(beam.comm(), static_cast<PetscInt>(2 * count), PETSC_DETERMINE, state.put()));
     {

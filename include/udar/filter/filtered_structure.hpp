@@ -108,6 +108,7 @@ class FilteredStructure {
   void shear(std::span<const double> moment, std::span<double> shear) const;
 
   [[nodiscard]] const BeamChain& beam() const noexcept { return *beam_; }
+  [[nodiscard]] const MassPoints& points() const noexcept { return beam_->points(); }
   [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }  ///< [kg], local nodes
   [[nodiscard]] double filter_frequency() const noexcept { return parameters_.filter_frequency; }

@@ -6,9 +6,11 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <span>
-#include <string>
 #include <vector>
+
+#include "udar/structure/structure.hpp"
 
 namespace udar {
 
@@ -29,12 +31,12 @@ struct BeamSegment {
   [[nodiscard]] bool is_gap() const noexcept { return bending_stiffness == 0.0 && mass_per_length == 0.0; }
 };
 
-/// @brief How an end of the line is held: springs to the reference axis, from 0 (free) to infinity (rigid).
+/// @brief How an end of the line is supported: springs to the reference axis, from 0 (free) to infinity (rigid).
 struct BeamEnd {
-  double translational_stiffness = 0.0;  ///< [N/m]; infinite: held
+  double translational_stiffness = 0.0;  ///< [N/m]; infinite: fixed
   double rotational_stiffness = 0.0;     ///< [N m/rad]; infinite: no rotation
 
-  [[nodiscard]] bool held() const noexcept { return translational_stiffness == kRigid; }
+  [[nodiscard]] bool fixed() const noexcept { return translational_stiffness == kRigid; }
   [[nodiscard]] bool moment_free() const noexcept { return rotational_stiffness == 0.0; }
   static constexpr double kRigid = std::numeric_limits<double>::infinity();
 };
@@ -48,7 +50,7 @@ struct PointMass {
 /// @brief A spring between the line at the nearest node and the reference axis, both ways.
 struct LineSupport {
   double position = 0.0;               ///< [m] from the left end
-  double stiffness = BeamEnd::kRigid;  ///< [N/m], >= 0; infinite: the line is held there
+  double stiffness = BeamEnd::kRigid;  ///< [N/m], >= 0; infinite: the line is fixed there
 };
 
 /// @brief A part of the axis, often that of a support, whose nodes carry exactly the mass of its length.
@@ -78,10 +80,6 @@ struct MomentStress {
   double utilisation = 0.0;  ///< of the yield stress [1/(N m)]
 };
 
-/// @brief Whether a place lies on a beam, its ends included to the rounding of decimal fractions and of their sums.
-/// @throws InputError beginning with `quantity`, which asked for it, and the range [m]
-void require_on_beam(const char* quantity, double position, double length);
-
 /// @brief One element of the massless line.
 struct BeamElement {
   double length = 0.0;               ///< h [m]
@@ -96,11 +94,17 @@ struct BeamElement {
 /// nodes. Masses are lumped at the nodes, half an element's mass to each of its ends. Mass patches cut the axis at
 /// their edges: what lies on one side of an edge goes to the nearest node of that side, so that mass moves by O(h)
 /// there and the total stays. Source: docs/theory.md, "Supports with a width"
-class BeamChain {
+class BeamChain final : public Structure {
  public:
   /// @note Collective.
   /// @throws InputError if a parameter is out of range, or there are more ranks than elements
   BeamChain(MPI_Comm comm, BeamParameters parameters);
+
+  [[nodiscard]] const MassPoints& points() const override { return *points_; }
+  [[nodiscard]] const BeamChain* chain() const override { return this; }
+  [[nodiscard]] Topology topology() const override { return {}; }
+  [[nodiscard]] PetscInt rigid_modes() const override;
+  void describe(Description& all) const override;
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
   [[nodiscard]] const BeamParameters& parameters() const noexcept { return parameters_; }
@@ -123,7 +127,7 @@ class BeamChain {
   [[nodiscard]] double mass(PetscInt node) const;                 ///< lumped mass, point masses included [kg]
   [[nodiscard]] double mass_of(NodeRange nodes) const;            ///< of a row of nodes together [kg]
   [[nodiscard]] double ground_stiffness(PetscInt node) const;     ///< foundation and springs [N/m], rigid ones excluded
-  [[nodiscard]] bool held(PetscInt node) const;                   ///< the line cannot move here
+  [[nodiscard]] bool fixed(PetscInt node) const;                  ///< the line cannot move here
   [[nodiscard]] MomentStress moment_stress(PetscInt node) const;  ///< the larger of the sides on which it is known
   [[nodiscard]] PetscInt nearest_node(double position) const;     ///< the left one of two equally near
   /// @brief The nodes beside a place and the shares of a force there that they take, so that force and moment stay; all
@@ -189,6 +193,7 @@ class BeamChain {
 
   std::vector<MassPiece> pieces_;       // of the whole axis, ascending; empty: no patches
   std::vector<NodeRange> patch_nodes_;  // of each mass patch
+  std::unique_ptr<const MassPoints> points_;
 };
 
 }  // namespace udar

@@ -4,11 +4,11 @@
 
 #include <vector>
 
-#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/mass_points.hpp"
 
 namespace udar {
 
-/// @brief The reference axis and the motion at t = 0; held ends start at rest on the axis.
+/// @brief The reference axis and the motion at t = 0; fixed points start at rest on the axis.
 struct InitialState {
   double height = 0.0;            ///< of the axis at mid-length above y = 0 [m]
   double slope = 0.0;             ///< of the axis [-]
@@ -22,8 +22,8 @@ struct InitialState {
   };
   Shape shape{};
 
-  /// Height of the reference axis at x [m].
-  [[nodiscard]] double axis(double x, double beam_length) const { return height + slope * (x - 0.5 * beam_length); }
+  /// Height of the reference axis at x, over where the structure stands in its own axes [m].
+  [[nodiscard]] double axis(double x, const Extent& extent) const { return height + slope * (x - extent.middle()); }
 };
 
 /// @brief Ym and Vm of this rank's nodes at t = 0.
@@ -31,6 +31,8 @@ struct MassState {
   std::vector<double> position;  ///< [m]
   std::vector<double> velocity;  ///< [m/s]
 };
-[[nodiscard]] MassState initial_masses(const BeamChain& beam, const InitialState& initial);
+/// @brief Where nothing strains the structure [m], one value per local point.
+[[nodiscard]] std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial);
+[[nodiscard]] MassState initial_masses(const MassPoints& points, const InitialState& initial);
 
 }  // namespace udar

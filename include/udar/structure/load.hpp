@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/mass_points.hpp"
 
 namespace udar {
 
@@ -33,9 +33,9 @@ struct NodalLoad {
 class Loads {
  public:
   /// @param gravity [m/s^2], acts downward on every lumped mass
-  /// @note Not collective; keeps only the loads of this rank's nodes.
+  /// @note Collective; keeps only the loads of this rank's nodes.
   /// @throws InputError if a table is empty, ragged or not ascending, or a position is off the beam
-  Loads(const BeamChain& beam, double gravity, const std::vector<NodalLoad>& nodal);
+  Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal);
 
   /// @brief F [N], one value per local node; empty: none on this rank.
   /// @param work where it is built if it must be; the result lives as long as this object and `work` do

@@ -31,7 +31,7 @@ void read_output(MPI_Comm comm, Case& input) {
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
   for (const double gauge : input.gauges) {
-    require_on_beam("gauge position", gauge, input.beam.length());
+    require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.length()});
   }
 }
 

@@ -1,0 +1,154 @@
+#pragma once
+/// @file
+/// The masses of a structure: where they stand, which rank has them, who finds them.
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace udar {
+
+/// @brief A place in global axes [m]: x along a beam, y up.
+struct Place {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+};
+
+/// @brief From the leftmost point to the rightmost, along x [m].
+struct Extent {
+  double from = 0.0;
+  double to = 0.0;
+
+  [[nodiscard]] double length() const noexcept { return to - from; }
+  [[nodiscard]] double middle() const noexcept { return 0.5 * (from + to); }
+};
+
+/// @brief Whether a place lies on a structure, its ends included to the rounding of decimal fractions and of their
+/// sums.
+/// @param quantity that stands there, such as "load position"
+/// @throws InputError naming it, and the range [m]
+void require_on(const char* quantity, double x, const Extent& extent);
+
+/// @brief Points that something touches, whichever ranks have them.
+struct PointRows {
+  /// Local points [first, last).
+  struct Row {
+    std::size_t first;
+    std::size_t last;
+  };
+  std::vector<Row> rows;  ///< of this rank, ascending, apart from each other; points one by one are rows of one
+  PetscInt count = 0;     ///< over all ranks
+  double mass = 0.0;      ///< over all ranks [kg]
+};
+
+/// @brief A point and the share of something at a place beside it that it takes.
+struct PointShare {
+  PetscInt point;  ///< global
+  double share;
+};
+
+/// @brief The layout that everything above a structure works on: points with one mass each, dealt to the ranks in
+/// contiguous pieces. Immutable.
+///
+/// A point has one, two or three coordinates, y, or x and y, or all of them, each an oscillator of its own. Values per
+/// coordinate stand component by component: index = component * points() + point; with one component it is the point.
+class MassPoints {
+ public:
+  MassPoints(const MassPoints&) = delete;
+  MassPoints& operator=(const MassPoints&) = delete;
+  virtual ~MassPoints() = default;
+
+  [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
+  [[nodiscard]] int components() const noexcept { return components_; }
+  /// This rank's points are [begin, end) of `total`, in the order of the ranks.
+  [[nodiscard]] PetscInt begin() const noexcept { return begin_; }
+  [[nodiscard]] PetscInt end() const noexcept { return begin_ + static_cast<PetscInt>(points()); }
+  [[nodiscard]] PetscInt total() const noexcept { return total_; }
+  [[nodiscard]] std::size_t points() const noexcept { return mass_.size() / static_cast<std::size_t>(components_); }
+  [[nodiscard]] std::size_t coordinates() const noexcept { return mass_.size(); }
+  /// Global number of a local point.
+  [[nodiscard]] PetscInt global(std::size_t point) const noexcept { return begin_ + static_cast<PetscInt>(point); }
+  [[nodiscard]] bool owns(PetscInt global) const noexcept { return global >= begin() && global < end(); }
+
+  /// Of each coordinate [kg], > 0 unless nothing can move it.
+  [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }
+  /// Whether a coordinate never moves.
+  [[nodiscard]] bool fixed(std::size_t coordinate) const { return std::ranges::binary_search(fixed_, coordinate); }
+  /// Where a local point stands as long as nothing strains the structure, without its initial state.
+  [[nodiscard]] virtual Place place(std::size_t point) const = 0;
+  /// The same of one coordinate [m].
+  [[nodiscard]] double reference(std::size_t coordinate) const;
+  /// Number of a local point in the model of the user.
+  [[nodiscard]] virtual std::int64_t number(std::size_t point) const { return global(point); }
+
+  /// Equal on every rank.
+  [[nodiscard]] virtual Extent extent() const = 0;
+  [[nodiscard]] virtual double total_mass() const = 0;  ///< of one component [kg]
+
+  /// @name Searches. Collective: each may take a reduction.
+  /// @{
+  /// The nearest point, the first of those equally near.
+  [[nodiscard]] virtual PetscInt nearest(const Place& place) const = 0;
+  /// All points with x in [from, to], edges included to their rounding.
+  [[nodiscard]] virtual PointRows within(double from, double to) const = 0;
+  /// What a force at a place is dealt to, so that force and moment stay where that can be; equal on every rank.
+  [[nodiscard]] virtual std::vector<PointShare> lever(const Place& place) const { return {{nearest(place), 1.0}}; }
+  /// @}
+  /// All of them.
+  [[nodiscard]] PointRows all() const;
+  /// One by its global number. @note Collective: one reduction.
+  [[nodiscard]] PointRows single(PetscInt global) const;
+
+ protected:
+  /// @param mass of this rank's coordinates [kg], component by component @param fixed coordinates, ascending
+  /// @note Collective.
+  MassPoints(MPI_Comm comm, int components, std::vector<double> mass, std::vector<std::size_t> fixed);
+
+ private:
+  MPI_Comm comm_;
+  int components_;
+  std::vector<double> mass_;
+  std::vector<std::size_t> fixed_;
+  PetscInt begin_ = 0;
+  PetscInt total_ = 0;
+};
+
+/// @brief What places points that know no more than where they stand: one entry a local point, but for `fixed`.
+struct PointTable {
+  std::vector<double> mass;          ///< [kg], of each coordinate, component by component
+  std::vector<Place> place;          ///< [m]
+  std::vector<std::size_t> fixed;    ///< coordinates that never move, ascending
+  std::vector<std::int64_t> number;  ///< in the model of the user; empty: as they stand
+};
+
+/// @brief Points anywhere, in any order.
+class PlacedPoints final : public MassPoints {
+ public:
+  /// @note Collective. @throws InputError on all ranks if sizes do not fit, a mass is negative or a number is none
+  PlacedPoints(MPI_Comm comm, int components, PointTable table);
+
+  [[nodiscard]] Place place(std::size_t point) const override { return place_[point]; }
+  [[nodiscard]] std::int64_t number(std::size_t point) const override {
+    return number_.empty() ? MassPoints::number(point) : number_[point];
+  }
+  [[nodiscard]] Extent extent() const override { return extent_; }
+  [[nodiscard]] double total_mass() const override { return total_mass_; }
+  [[nodiscard]] PetscInt nearest(const Place& place) const override;
+  [[nodiscard]] PointRows within(double from, double to) const override;
+
+ private:
+  PlacedPoints(PointTable&& table, MPI_Comm comm, int components);
+
+  std::vector<Place> place_;
+  std::vector<std::int64_t> number_;
+  std::vector<std::size_t> by_x_;  // local points, ascending by x, then by number
+  Extent extent_;
+  double total_mass_ = 0.0;
+};
+
+}  // namespace udar

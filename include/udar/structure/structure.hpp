@@ -1,0 +1,33 @@
+#pragma once
+/// @file
+/// What is simulated: masses on something elastic; it knows no filter, no contact and no time.
+
+#include <petscsys.h>
+
+#include "udar/structure/description.hpp"
+#include "udar/structure/field.hpp"
+#include "udar/structure/mass_points.hpp"
+
+namespace udar {
+
+class BeamChain;
+
+/// @brief An elastic structure with its masses, distributed over the ranks.
+class Structure {
+ public:
+  Structure() = default;
+  Structure(const Structure&) = delete;
+  Structure& operator=(const Structure&) = delete;
+  virtual ~Structure() = default;
+
+  [[nodiscard]] virtual const MassPoints& points() const = 0;
+  /// The chain if it is one, for solvers that need no more than that; else null.
+  [[nodiscard]] virtual const BeamChain* chain() const { return nullptr; }
+  [[nodiscard]] virtual Topology topology() const = 0;
+  /// How many rigid motions it has if nothing fixes it; at most so many modes have no frequency.
+  [[nodiscard]] virtual PetscInt rigid_modes() const = 0;
+  /// Adds what it is, equal on every rank. @note Not collective.
+  virtual void describe(Description& all) const = 0;
+};
+
+}  // namespace udar
