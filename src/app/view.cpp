@@ -128,7 +128,7 @@ void print_view(const Case& input, const FilteredStructure& line, const std::vec
   if (line.chain() != nullptr) {
     UDAR_CALL(PetscPrintf(comm, "line solver: chain recursion (details: -filter_ksp_view)\n"));
   } else {
-    const std::string reason = line.block_form_reason();
+    const std::string reason = line.filter_operator().block_form_reason();
     UDAR_CALL(PetscPrintf(
         comm, "line solver: assembled block form%s (details: -filter_ksp_view)\n",
         reason.empty() ? ", as asked for" : (", because the chain recursion cannot carry it: " + reason).c_str()));

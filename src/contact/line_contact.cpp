@@ -98,7 +98,7 @@ void LineContact::compute_compliance() {
   const auto is_mine = [&](std::size_t point) { return std::ranges::binary_search(mine_, point); };
   for (std::size_t from = 0; from < count; from += kColumns) {
     const std::size_t columns = std::min(kColumns, count - from);
-    std::array<chain::Column, kColumns> asked;
+    std::array<FilterColumn, kColumns> asked;
     for (std::size_t k = 0; k < columns; ++k) {
       if (is_mine(from + k)) {
         load[k][local(from + k)] = points_[from + k].side;
@@ -152,14 +152,14 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
     correction_.push_back(zero_);
     correction_.push_back(zero_);
   }
-  std::vector<chain::Column> asked(columns);
+  std::vector<FilterColumn> asked(columns);
   for (std::size_t k = 0; k < columns; ++k) {
     for (const std::size_t i : mine_) {
       load_[k][local(i)] += points_[i].side * force[i * columns + k];
     }
     asked[k] = {.displacement = zero_.data(), .force = load_[k].data(), .stretch = correction_[2 * k].data()};
     if (!moment.empty()) {
-      asked[k].moment = correction_[2 * k + 1].data();
+      asked[k].internal = correction_[2 * k + 1].data();
     }
   }
   line_->solve(asked);

@@ -24,7 +24,7 @@ constexpr double kComplementarity = 1e-15;
 /// The same where rounding ends it earlier: no more progress on lines of 20 000 nodes, some 1e-14 (docs/theory.md).
 constexpr double kAcceptable = 1e-11;
 /// Iterations without half of the complementarity gone that count as its end.
-constexpr std::size_t kPatience = 4;
+constexpr std::size_t kStalledIterations = 4;
 /// Deepest penetration left, over that of the line without contact; found: 5e-11 on 4000 elements
 /// (verification.obstacle).
 constexpr double kPenetration = 1e-8;
@@ -38,14 +38,15 @@ constexpr double kStiffest = 1e-13;
 /// below the force's own change, and ranks lose digits over springs that differ by more (measured: 1e-8 at 1e13).
 constexpr double kSoftest = 1e9;
 
-const LineData& data_of(FilteredStructure& line) {
-  const LineData* data = composed_line(line.op());
-  if (line.chain() == nullptr || data == nullptr) {
+FilterOperator& operator_of(FilteredStructure& line) {
+  FilterOperator& filter = line.filter_operator();
+  if (line.chain() == nullptr || filter.line() == nullptr) {
+    const std::string reason = filter.block_form_reason();
     throw InputError{"contact line dense max: so many contact nodes need the chain solver, and this line has none (" +
-                     (line.block_form_reason().empty() ? std::string{"-filter_pc_type"} : line.block_form_reason()) +
+                     (reason.empty() ? std::string{"-filter_pc_type"} : reason) +
                      "); raise it, or choose narrower supports, fewer elements, or `contact surface` mass"};
   }
-  return *data;
+  return filter;
 }
 
 }  // namespace
@@ -127,7 +128,7 @@ struct ObstacleForces::Callbacks {
 };
 
 ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoint> points)
-    : line_{&line}, shifted_data_{data_of(line)}, free_{shifted_data_} {
+    : line_{&line}, free_{operator_of(line).with_springs({})} {
   const BeamChain& beam = line.beam();
   for (const LinePoint& point : points) {
     node_.push_back(point.node - beam.begin());
@@ -143,19 +144,13 @@ ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoin
   for (auto* work : {&zero_, &load_, &target_, &stretch_}) {
     work->assign(line.mass().size(), 0.0);
   }
-  // A node's filter spring, and how many of them move with one node: the decay length over the mesh width.
+  // A node's filter spring, and how many of them move with one node.
+  const double wf2 = line.filter_frequency() * line.filter_frequency();
   std::array<double, 3> sums{static_cast<double>(count), 0.0, 1.0};
   for (const PetscInt node : node_) {
     const auto i = static_cast<std::size_t>(node);
-    const double k = shifted_data_.filter_stiffness[i];
-    sums[1] += k;
-    for (const std::size_t side : {i, i + 1}) {
-      const BeamElement& element = shifted_data_.elements[side];
-      if (LineData::present(element)) {
-        const double ratio = 4.0 / (element.flexural_compliance * k * std::pow(element.length, 3));
-        sums[2] = std::max(sums[2], std::sqrt(std::sqrt(ratio)));
-      }
-    }
+    sums[1] += wf2 * line.mass()[i];
+    sums[2] = std::max(sums[2], line.filter_operator().points_moved_together(i));
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), 2, MPI_DOUBLE, MPI_SUM, beam.comm());
   MPI_Allreduce(MPI_IN_PLACE, &sums[2], 1, MPI_DOUBLE, MPI_MAX, beam.comm());
@@ -220,8 +215,8 @@ void ObstacleForces::compliance(std::span<const double> force, std::span<double>
   for (std::size_t i = 0; i < node_.size(); ++i) {
     load_[static_cast<std::size_t>(node_[i])] += side_[i] * force_unit_ * force[i];
   }
-  const chain::Column column{.displacement = zero_.data(), .force = load_.data(), .stretch = stretch_.data()};
-  free_.solve({&column, 1});
+  const FilterColumn column{.displacement = zero_.data(), .force = load_.data(), .stretch = stretch_.data()};
+  free_->solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
     const auto node = static_cast<std::size_t>(node_[i]);
     gap[i] = side_[i] * stretch_[node] + yield_[i] * force[i];
@@ -235,37 +230,20 @@ double ObstacleForces::beside(std::size_t point) const { return std::max(diagona
 /// The line with the springs 1 / D. They take the filter's place in the chain solver, and those of the filter go to
 /// ground, so that it tells how far they are stretched without a difference.
 void ObstacleForces::factor() {
-  int changed = factored_ == diagonal_ && shifted_ ? 0 : 1;
+  int changed = factored_ == diagonal_ && shifted_ != nullptr ? 0 : 1;
   MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_LOR, line_->beam().comm());
   if (changed == 0) {
     return;  // predictor and corrector share a matrix
   }
-  const LineData& data = *composed_line(line_->op());
-  std::ranges::copy(data.filter_stiffness, shifted_data_.filter_stiffness.begin());
-  std::ranges::copy(data.ground_stiffness, shifted_data_.ground_stiffness.begin());
-  std::size_t last = zero_.size();
+  std::vector<ContactSpring> springs;
   for (const std::size_t i : by_node_) {
     const auto node = static_cast<std::size_t>(node_[i]);
     spring_[i] = beside(i) < kSoftest ? force_unit_ / beside(i) : 0.0;
-    if (spring_[i] == 0.0) {
-      continue;
+    if (spring_[i] != 0.0) {
+      springs.push_back({.point = node, .stiffness = spring_[i]});
     }
-    if (node != last) {
-      shifted_data_.ground_stiffness[node] += data.filter_stiffness[node];
-      shifted_data_.filter_stiffness[node] = 0.0;
-    }
-    shifted_data_.filter_stiffness[node] += spring_[i];
-    last = node;
   }
-  const std::size_t end = zero_.size() - 1;
-  const auto halo =
-      line_->beam().exchange<2>({shifted_data_.filter_stiffness.front(), shifted_data_.ground_stiffness.front()},
-                                {shifted_data_.filter_stiffness[end], shifted_data_.ground_stiffness[end]});
-  if (shifted_data_.filter_stiffness.size() > zero_.size()) {
-    shifted_data_.filter_stiffness.back() = halo.right[0];
-    shifted_data_.ground_stiffness.back() = halo.right[1];
-  }
-  shifted_.emplace(shifted_data_);
+  shifted_ = line_->filter_operator().with_springs(springs);
   factored_ = diagonal_;
 }
 
@@ -282,12 +260,14 @@ void ObstacleForces::solve_shifted(std::span<const double> right, std::span<doub
     const std::size_t base = by_node_[stiffest];
     const double origin = side_[base] * right[base];
     double moved = 0.0;
+    double together = 0.0;  // springs of the node
     for (std::size_t k = from; k < to; ++k) {
       const std::size_t i = by_node_[k];
+      together += spring_[i];
       moved += k == stiffest ? 0.0 : spring_[i] * (side_[i] * right[i] - origin);
     }
     const bool sprung = spring_[base] > 0.0;
-    moved = sprung ? moved / shifted_data_.filter_stiffness[static_cast<std::size_t>(node)] : -origin;
+    moved = sprung ? moved / together : -origin;
     target_[static_cast<std::size_t>(node)] = sprung ? origin + moved : 0.0;
     for (std::size_t k = from; k < to; ++k) {
       const std::size_t i = by_node_[k];
@@ -295,7 +275,7 @@ void ObstacleForces::solve_shifted(std::span<const double> right, std::span<doub
     }
     from = to;
   }
-  const chain::Column column{.displacement = target_.data(), .force = nullptr, .stretch = stretch_.data()};
+  const FilterColumn column{.displacement = target_.data(), .force = nullptr, .stretch = stretch_.data()};
   shifted_->solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
     solution[i] = (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) / beside(i);
@@ -323,8 +303,8 @@ void ObstacleForces::test_convergence() {
   }
   const double relative = std::abs(gap / objective);
   history_.push_back(relative);
-  const bool stalls = history_.size() > kPatience && relative <= kAcceptable &&
-                      relative > 0.5 * history_[history_.size() - 1 - kPatience];
+  const bool stalls = history_.size() > kStalledIterations && relative <= kAcceptable &&
+                      relative > 0.5 * history_[history_.size() - 1 - kStalledIterations];
   if (!std::isfinite(relative)) {
     UDAR_CALL(TaoSetConvergedReason(optimizer_, TAO_DIVERGED_NAN));
   } else if (iterations > 0 && (relative <= kComplementarity || stalls)) {
@@ -393,9 +373,9 @@ bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force)
     return false;
   }
   // Contact moves the line by some times its penetration, nowhere by so many: what is further away needs no digits.
-  constexpr double kNever = 1e2;
+  constexpr double kFarGap = 1e2;
   for (std::size_t i = 0; i < gap.size(); ++i) {
-    q_[i] = std::min(gap[i] / unit_, kNever);
+    q_[i] = std::min(gap[i] / unit_, kFarGap);
   }
   std::ranges::fill(diagonal_, 0.0);
   history_.clear();

@@ -205,7 +205,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   const PetscInt solves = model_->line.solves();
   model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true);
   row_line_solves_ += model_->line.solves() - solves;
-  model_->line.shear(row.line.moment, row.shear);
+  model_->line.filter_operator().shear(row.line.moment, row.shear);
   row.support_impulse.assign(contact_.support_impulses().size(), 0.0);  // within the step
   contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
   balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses}, step,

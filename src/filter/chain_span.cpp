@@ -35,11 +35,11 @@ Span::Span(const SpanKey& key) : key_{key}, gains_(inner()), weights_(8 * inner(
   };
   struct Node {
     long double deflect, turn, release;
-    Square transfer;  // from the left joint to just right of this node
+    Matrix2 transfer;  // from the left joint to just right of this node
   };
   std::vector<Node> nodes(inner());
   Symmetric c{};
-  Square f{1, 0, 0, 1};
+  Matrix2 f{1, 0, 0, 1};
   Symmetric j{};
   for (std::size_t i = 0; i < inner(); ++i) {
     const Symmetric p = cross(c, q);
@@ -68,11 +68,11 @@ Span::Span(const SpanKey& key) : key_{key}, gains_(inner()), weights_(8 * inner(
 
   // Right to left: z, what a change of state just right of a node does to the state at the right joint; info, the
   // stiffness of what follows, which turns such a change into a reaction.
-  Square z{1, 1, 0, 1};
+  Matrix2 z{1, 1, 0, 1};
   Symmetric info{};
   for (std::size_t i = inner(); i-- > 0;) {
     const Node& node = nodes[i];
-    const Square before = i > 0 ? nodes[i - 1].transfer : Square{1, 0, 0, 1};
+    const Matrix2 before = i > 0 ? nodes[i - 1].transfer : Matrix2{1, 0, 0, 1};
     const auto put = [&](std::size_t row, long double kink, long double target) {
       weights_[row * inner() + i] = static_cast<double>(kink);
       weights_[(4 + row) * inner() + i] = static_cast<double>(target);
@@ -112,11 +112,11 @@ namespace {
 /// What is given at the nodes, and what is wanted.
 enum class Mode { displacement, loaded, loaded_moment, system };
 
-Mode mode_of(const Span& span, const Column& column) {
+Mode mode_of(const Span& span, const FilterColumn& column) {
   if (column.right_hand_side != nullptr) {
     return Mode::system;
   }
-  if (column.moment != nullptr) {
+  if (column.internal != nullptr) {
     return Mode::loaded_moment;
   }
   return column.force != nullptr || span.units().ground_ratio != 0.0 ? Mode::loaded : Mode::displacement;
@@ -194,9 +194,9 @@ UDAR_INLINE void transpose(typename Pack<W>::Type* r) {
 /// So many numbers ahead is a page, where the processor's own prefetching ends.
 constexpr std::size_t kAhead = 512;
 
-/// Shown by B stretches: weighted sums over their inner nodes. The weights are read once for all B.
+/// Shown by B spans: weighted sums over their inner nodes. The weights are read once for all B.
 template <std::size_t W, std::size_t B, Mode Given>
-UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size_t first, Ends* shown) {
+UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std::size_t first, Ends* shown) {
   using V = typename Pack<W>::Type;
   const std::size_t inner = span.inner();
   const std::size_t pitch = span.key().elements;
@@ -256,9 +256,9 @@ UDAR_INLINE void condense_some(const Span& span, const Column& column, std::size
   }
 }
 
-/// Inside M * W stretches side by side.
+/// Inside M * W spans side by side.
 template <std::size_t W, std::size_t M, Mode Given>
-UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_t first, const Ends* told,
+UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std::size_t first, const Ends* told,
                               double* scratch) {
   using V = typename Pack<W>::Type;
   constexpr bool kTarget = Given != Mode::displacement;
@@ -400,7 +400,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
         } else {
           store<W>(column.stretch + node, found[m][lane]);
           if constexpr (kMoment) {
-            store<W>(column.moment + node, found[m][W + lane]);
+            store<W>(column.internal + node, found[m][W + lane]);
           }
         }
       }
@@ -411,7 +411,7 @@ UDAR_INLINE void resolve_some(const Span& span, const Column& column, std::size_
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
 template <std::size_t W, Mode Given>
-UDAR_INLINE void condense_all(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
+UDAR_INLINE void condense_all(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks,
                               Ends* shown, bool from_memory) {
   constexpr std::size_t kTogether = 4;
   std::size_t done = 0;
@@ -424,7 +424,7 @@ UDAR_INLINE void condense_all(const Span& span, const Column& column, std::size_
 }
 
 template <std::size_t W, Mode Given>
-UDAR_INLINE void resolve_all(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
+UDAR_INLINE void resolve_all(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks,
                              const Ends* told, double* scratch) {
   std::size_t done = 0;
   // Two groups of lanes hide the latency of each other's recursion.
@@ -437,7 +437,7 @@ UDAR_INLINE void resolve_all(const Span& span, const Column& column, std::size_t
 }
 
 template <std::size_t W>
-UDAR_INLINE void condense_any(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
+UDAR_INLINE void condense_any(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks,
                               Ends* shown, bool from_memory) {
   switch (mode_of(span, column)) {
     case Mode::displacement:
@@ -451,7 +451,7 @@ UDAR_INLINE void condense_any(const Span& span, const Column& column, std::size_
 }
 
 template <std::size_t W>
-UDAR_INLINE void resolve_any(const Span& span, const Column& column, std::size_t first, std::size_t blocks,
+UDAR_INLINE void resolve_any(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks,
                              const Ends* told, double* scratch) {
   switch (mode_of(span, column)) {
     case Mode::displacement:
@@ -466,22 +466,22 @@ UDAR_INLINE void resolve_any(const Span& span, const Column& column, std::size_t
 }
 
 UDAR_TARGET("avx512f,avx512dq,avx512vl,fma")
-void condense_8(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown,
+void condense_8(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, Ends* shown,
                 bool from_memory) {
   condense_any<8>(span, column, first, blocks, shown, from_memory);
 }
 UDAR_TARGET("avx512f,avx512dq,avx512vl,fma")
-void resolve_8(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
+void resolve_8(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, const Ends* told,
                double* scratch) {
   resolve_any<8>(span, column, first, blocks, told, scratch);
 }
 UDAR_TARGET("avx2,fma")
-void condense_4(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown,
+void condense_4(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, Ends* shown,
                 bool from_memory) {
   condense_any<4>(span, column, first, blocks, shown, from_memory);
 }
 UDAR_TARGET("avx2,fma")
-void resolve_4(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
+void resolve_4(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, const Ends* told,
                double* scratch) {
   resolve_any<4>(span, column, first, blocks, told, scratch);
 }
@@ -500,8 +500,8 @@ int native_lanes() {
 #endif
 }
 
-void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes,
-              bool from_memory) {
+void condense(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, Ends* shown,
+              int lanes, bool from_memory) {
   if (lanes == 1 || blocks == 1) {
     return condense_any<1>(span, column, first, blocks, shown, from_memory);
   }
@@ -509,7 +509,7 @@ void condense(const Span& span, const Column& column, std::size_t first, std::si
                     : condense_4(span, column, first, blocks, shown, from_memory);
 }
 
-void resolve(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
+void resolve(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, const Ends* told,
              double* scratch, int lanes) {
   if (lanes == 1 || blocks == 1) {
     return resolve_any<1>(span, column, first, blocks, told, scratch);

@@ -17,12 +17,12 @@ namespace {
 using EigenSolver = petsc::Handle<EPS, EPSDestroy>;
 
 /// The symmetric operator -M^(1/2) d(M^(-1/2) x): its eigenvalues are w^2 / (wf^2 + w^2).
-struct FilterOperator {
+struct FilterShare {
   FilteredStructure* line;
   std::vector<double> displacement;
   std::vector<double> stretch;
 
-  explicit FilterOperator(FilteredStructure& filtered)
+  explicit FilterShare(FilteredStructure& filtered)
       : line{&filtered}, displacement(filtered.mass().size()), stretch(filtered.mass().size()) {}
   void apply(const double* x, double* y) {
     const auto mass = line->mass();
@@ -38,7 +38,7 @@ struct FilterOperator {
 
 PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
   PetscFunctionBeginUser;
-  FilterOperator* context = nullptr;
+  FilterShare* context = nullptr;
   const double* from = nullptr;
   double* to = nullptr;
   PetscCall(MatShellGetContext(matrix, static_cast<void*>(&context)));
@@ -62,7 +62,7 @@ struct Wanted {
 std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
                                 std::vector<std::vector<double>>* shapes) {
   const BeamChain& beam = line.beam();
-  FilterOperator context{line};
+  FilterShare context{line};
   petsc::Matrix shell;
   UDAR_CALL(MatCreateShell(beam.comm(), beam.local_nodes(), beam.local_nodes(), beam.nodes(), beam.nodes(), &context,
                            shell.put()));

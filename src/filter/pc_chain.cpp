@@ -32,7 +32,7 @@ class ChainPreconditioner final : public petsc::Preconditioner {
       throw InputError{std::string{"option -"} + (prefix != nullptr ? prefix : "") +
                        "pc_chain_lanes: " + std::to_string(lanes_) +
                        " is not allowed, expected 0 (automatic), 1, 4 or 8, on this processor at most " +
-                       std::to_string(chain::native_lanes()) + " [stretches side by side]"};
+                       std::to_string(chain::native_lanes()) + " [spans side by side]"};
     }
   }
 
@@ -49,7 +49,7 @@ class ChainPreconditioner final : public petsc::Preconditioner {
   }
 
   void apply(Vec right, Vec solution) override {
-    chain::Column column;
+    FilterColumn column;
     UDAR_CALL(VecGetArrayRead(right, &column.right_hand_side));
     UDAR_CALL(VecGetArrayWrite(solution, &column.unknowns));
     solver_->solve({&column, 1});
@@ -68,8 +68,8 @@ class ChainPreconditioner final : public petsc::Preconditioner {
     UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
     UDAR_CALL(MatDenseGetArrayRead(right, &from));
     UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
-    std::vector<chain::Column> columns(static_cast<std::size_t>(count));
-    for (chain::Column& column : columns) {
+    std::vector<FilterColumn> columns(static_cast<std::size_t>(count));
+    for (FilterColumn& column : columns) {
       column.right_hand_side = from;
       column.unknowns = to;
       from += right_pitch;
@@ -89,8 +89,8 @@ class ChainPreconditioner final : public petsc::Preconditioner {
                                     "one MPI_Allgather of 4 numbers a rank"};
     const ChainSolver::Report& report = solver_->report();
     UDAR_CALL(PetscViewerASCIIPrintf(viewer,
-                                     "  first rank: %zu joints, %zu nodes inside stretches, %zu different "
-                                     "stretches, %d side by side\n",
+                                     "  first rank: %zu joints, %zu nodes inside spans, %zu different "
+                                     "spans, %d side by side\n",
                                      report.joints, report.inner_nodes, report.spans, report.lanes));
     UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, work %zu bytes\n", report.factor_bytes,
                                      report.work_bytes));

@@ -134,7 +134,7 @@ void FreeMotion::start(const Start& start) {
 }
 
 void FreeMotion::extend(std::size_t terms) {
-  std::array<chain::Column, 3> columns;
+  std::array<FilterColumn, 3> columns;
   for (; terms_ < terms; ++terms_) {
     const std::size_t k = terms_;
     for (std::size_t s = 0; s < sequences_; ++s) {

@@ -87,7 +87,7 @@ void SweptLine::extrapolate(double step) {
 }
 
 void SweptLine::solve(LineForces* forces) {
-  std::array<chain::Column, kMostUnknowns> columns;
+  std::array<FilterColumn, kMostUnknowns> columns;
   for (std::size_t j = 0; j < sweep_->unknowns(); ++j) {
     columns[j] = {.displacement = sweep_->moment_rows[j].data(),
                   .stretch = j < sweep_->terms ? sweep_->line_rows[j].data() : sweep_->end_stretch.data()};

@@ -52,7 +52,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   if (!filtered()) {
     std::ranges::fill(state.stretch, 0.0);
     if (with_moment) {
-      line_->moments_of(displacement_, state.moment);
+      line_->filter_operator().internal_of(displacement_, state.moment);
     }
     return;
   }
@@ -107,7 +107,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
     }
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
-  sums[1] = line_->strain_energy(displacement_, state.moment);
+  sums[1] = line_->filter_operator().strain_energy(displacement_, state.moment);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
   EnergyLedger ledger;

@@ -154,7 +154,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   const double set_up = MPI_Wtime() - begin;
   if (line->chain() == nullptr) {
     throw InputError{"option -bench_kind: solve measures the chain solver, which does not serve this line (" +
-                     line->block_form_reason() + ")"};
+                     line->filter_operator().block_form_reason() + ")"};
   }
 
   const Numbers given = displacement(beam, beam.begin(), beam.end(), 0.0);
@@ -162,7 +162,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   std::array<Numbers, 4> stretch;
   stretch.fill(Numbers(count));
   const std::array<Numbers, 4> batch_given{given, given, given, given};
-  std::vector<chain::Column> batch;
+  std::vector<FilterColumn> batch;
   batch.reserve(batch_given.size());
   for (std::size_t c = 0; c < batch_given.size(); ++c) {
     batch.push_back({.displacement = batch_given[c].data(), .stretch = stretch[c].data()});
@@ -192,7 +192,7 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
     return local;
   };
   const auto per_node = [nodes](double seconds) { return seconds * 1e9 / nodes; };
-  const auto put = [&](const std::string& name, const Timed& timed, const chain::Column& kind) {
+  const auto put = [&](const std::string& name, const Timed& timed, const FilterColumn& kind) {
     const double bytes = total(line->chain()->bytes_per_solve(kind));
     result[name + "nanoseconds_per_node"] = per_node(timed.best());
     result[name + "bytes_per_node"] = bytes / nodes;

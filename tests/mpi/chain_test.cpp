@@ -273,7 +273,7 @@ TEST(Chain, SolvesColumnsTogetherAsOneByOne) {
     const Motion motion{beam, 0.01 * static_cast<double>(c), 0.1};
     given.push_back(motion.local(beam, motion.displacement));
   }
-  std::vector<chain::Column> columns;
+  std::vector<FilterColumn> columns;
   columns.reserve(kColumns);
   for (std::size_t c = 0; c < kColumns; ++c) {
     columns.push_back({.displacement = given[c].data(), .stretch = together[c].data()});
@@ -313,7 +313,7 @@ struct ByPetsc {
     double largest = 0.0;
     double scale = 0.0;
     double norm = 0.0;
-    UDAR_CALL(MatNorm(line.matrix(), NORM_INFINITY, &norm));
+    UDAR_CALL(MatNorm(line.filter_operator().matrix(), NORM_INFINITY, &norm));
     UDAR_CALL(MatMult(line.op(), found, product));
     UDAR_CALL(VecAXPY(product, -1.0, right));
     UDAR_CALL(VecNorm(product, NORM_INFINITY, &largest));
@@ -388,7 +388,7 @@ TEST(PcChain, ServesAnAssembledMatrixThatCarriesItsLine) {
   ByPetsc with{uneven(400)};
   petsc::LinearSolver solver;
   UDAR_CALL(KSPCreate(PETSC_COMM_WORLD, solver.put()));
-  UDAR_CALL(KSPSetOperators(solver, with.line.matrix(), with.line.matrix()));
+  UDAR_CALL(KSPSetOperators(solver, with.line.filter_operator().matrix(), with.line.filter_operator().matrix()));
   PC pc = nullptr;
   UDAR_CALL(KSPGetPC(solver, &pc));
   UDAR_CALL(PCSetType(pc, kPcChain));
@@ -419,7 +419,7 @@ TEST(FilteredStructure, TakesTheBlockFormForTensionAndSaysSo) {
   const BeamChain beam{PETSC_COMM_WORLD, pulled};
   FilteredStructure line{beam, {.filter_frequency = 50.0}};
   EXPECT_EQ(line.chain(), nullptr);
-  EXPECT_EQ(line.block_form_reason(), "tension");
+  EXPECT_EQ(line.filter_operator().block_form_reason(), "tension");
   const test::Option chain{"-filter_pc_type", "chain"};
   const std::string message =
       test::failure_of<InputError>([&] { const FilteredStructure refused{beam, {.filter_frequency = 50.0}}; });
@@ -436,7 +436,7 @@ TEST(ChainCoupling, IsChosenByTheDecayAcrossARank) {
     const BeamChain beam{PETSC_COMM_WORLD, parameters};
     FilteredStructure line{beam, {.filter_frequency = 50.0, .check_interval = 1}};
     ASSERT_NE(line.chain(), nullptr);
-    using Coupling = ChainSolver::Coupling;
+    using chain::Coupling;
     // Two ranks are each other's only neighbours.
     const Coupling expected =
         size == 1 ? Coupling::none : (size == 2 || length > 1000.0 ? Coupling::neighbours : Coupling::all);

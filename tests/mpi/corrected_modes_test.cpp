@@ -169,7 +169,7 @@ void expect_corrected_spectrum(const BeamParameters& parameters, double wf, cons
       EXPECT_LT(worst[2] / worst[3], 1e-9) << "mode " << flexible;
     }
     // Line and moment belong together: 1/2 w^2 of strain energy in a mode that the line takes on as it is.
-    double strain = line.strain_energy(line_at, moment);
+    double strain = line.filter_operator().strain_energy(line_at, moment);
     MPI_Allreduce(MPI_IN_PLACE, &strain, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
     const double share = is_named ? 1.0 : wf * wf / (wf * wf + w * w);
     EXPECT_NEAR(strain / (0.5 * share * share * w * w), 1.0, 1e-8) << "mode " << flexible;

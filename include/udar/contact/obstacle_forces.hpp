@@ -6,13 +6,11 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "udar/contact/support.hpp"
-#include "udar/filter/chain_solver.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/petsc/handle.hpp"
 
@@ -73,12 +71,11 @@ class ObstacleForces {
   FilteredStructure* line_;
   std::vector<PetscInt> node_;  // of each point, local
   std::vector<double> side_;
-  std::vector<double> yield_;         // compliance of the support, per unit of force
-  std::vector<std::size_t> by_node_;  // points in the order of their nodes
-  LineData shifted_data_;
-  ChainSolver free_;
-  std::optional<ChainSolver> shifted_;
-  double force_unit_ = 1.0;  // [N]; of gaps one metre
+  std::vector<double> yield_;              // compliance of the support, per unit of force
+  std::vector<std::size_t> by_node_;       // points in the order of their nodes
+  std::unique_ptr<ColumnSolver> free_;     // the filter's springs alone
+  std::unique_ptr<ColumnSolver> shifted_;  // springs 1 / D
+  double force_unit_ = 1.0;                // [N]; of gaps one metre
   double force_bound_ = 1.0;
   double unit_ = 1.0;  // largest penetration of the line without contact [m]
   std::vector<double> q_;

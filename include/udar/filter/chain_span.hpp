@@ -1,32 +1,21 @@
 #pragma once
 /// @file
-/// The chain recursion on stretches of equal elements, several of them side by side in SIMD lanes.
+/// The chain recursion on spans of equal elements, several of them side by side in SIMD lanes.
 
 #include <array>
 #include <compare>
 #include <cstddef>
 #include <vector>
 
+#include "udar/filter/filter_column.hpp"
+
 namespace udar::chain {
 
 /// Symmetric 2 x 2 matrix (00, 01, 11) and general one (row by row), for displacement and rotation.
 using Symmetric = std::array<long double, 3>;
-using Square = std::array<long double, 4>;
+using Matrix2 = std::array<long double, 4>;
 
-/// @brief What the nodes of a line see of one solve; arrays begin at the first local node.
-///
-/// Either the masses' displacement with or without forces on the line (stretch and perhaps moment are wanted), or a
-/// right-hand side of the scaled operator (its unknowns are wanted).
-struct Column {
-  const double* displacement = nullptr;  ///< Ym [m]
-  const double* force = nullptr;         ///< F [N], null: none
-  double* stretch = nullptr;             ///< Yc - Ym [m]
-  double* moment = nullptr;              ///< EI w'' [N m], null: not wanted
-  const double* right_hand_side = nullptr;
-  double* unknowns = nullptr;
-};
-
-/// @brief What distinguishes one stretch of equal elements between equal springs from another.
+/// @brief What distinguishes one span of equal elements between equal springs from another.
 struct SpanKey {
   std::size_t elements = 0;  ///< between its two joints
   double length = 0.0;       ///< h [m]
@@ -38,10 +27,10 @@ struct SpanKey {
   auto operator<=>(const SpanKey&) const = default;
 };
 
-/// @brief One stretch of equal elements, factored: its gains and its response to what acts at the inner nodes.
+/// @brief One span of equal elements, factored: its gains and its response to what acts at the inner nodes.
 ///
 /// The state (w, theta) just right of the left joint and the force and moment (r0, r1) just left of the right joint
-/// determine the stretch. Source: docs/theory.md, "The chain recursion".
+/// determine the span. Source: docs/theory.md, "The chain recursion".
 class Span {
  public:
   /// Factors in long double. Cost O(elements).
@@ -50,7 +39,7 @@ class Span {
   [[nodiscard]] const SpanKey& key() const noexcept { return key_; }
   [[nodiscard]] std::size_t inner() const noexcept { return key_.elements - 1; }
   /// State before the right joint from the state after the left one.
-  [[nodiscard]] const Square& transfer() const noexcept { return transfer_; }
+  [[nodiscard]] const Matrix2& transfer() const noexcept { return transfer_; }
   /// Its determinant, which cannot be computed from the entries when they have decayed.
   [[nodiscard]] long double transfer_determinant() const noexcept { return transfer_determinant_; }
   /// Compliance seen from the right joint, the left one being held.
@@ -85,7 +74,7 @@ class Span {
 
  private:
   SpanKey key_;
-  Square transfer_{};
+  Matrix2 transfer_{};
   long double transfer_determinant_ = 1.0;
   Symmetric compliance_{};
   Symmetric stiffness_{};
@@ -95,27 +84,27 @@ class Span {
   std::vector<double> pair_weights_;
 };
 
-/// @brief The four numbers that a stretch shows its joints, or that they tell it; SI units.
+/// @brief The four numbers that a span shows its joints, or that they tell it; SI units.
 ///
 /// Shown: the state (w, theta) before the right joint for a left joint at rest and a free right end, and the reaction
 /// (force, moment) at the left joint then. Told: the state after the left joint, force and moment before the right one.
 using Ends = std::array<double, 4>;
 
-/// Most lanes of any kernel, and how many stretches side by side make full use of it.
+/// Most lanes of any kernel, and how many spans side by side make full use of it.
 inline constexpr std::size_t kLanes = 8;
 
 /// The lanes of this processor's vectors that the kernels use: 8 (AVX-512), 4, or 1 where an x86 has no AVX2.
 [[nodiscard]] int native_lanes();
 
-/// @brief What `blocks` equal stretches, one after the other from local node `first` on, show their joints.
+/// @brief What `blocks` equal spans, one after the other from local node `first` on, show their joints.
 /// @param blocks 1, or a multiple of `kLanes`
 /// @param from_memory whether the column is too long for the caches: then it is read in one stream, else in four
-void condense(const Span& span, const Column& column, std::size_t first, std::size_t blocks, Ends* shown, int lanes,
-              bool from_memory);
+void condense(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, Ends* shown,
+              int lanes, bool from_memory);
 
-/// @brief Solves inside `blocks` equal stretches whose ends are known.
+/// @brief Solves inside `blocks` equal spans whose ends are known.
 /// @param scratch at least 4 * kLanes * inner() numbers
-void resolve(const Span& span, const Column& column, std::size_t first, std::size_t blocks, const Ends* told,
+void resolve(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, const Ends* told,
              double* scratch, int lanes);
 
 }  // namespace udar::chain

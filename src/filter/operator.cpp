@@ -1,0 +1,19 @@
+#include "udar/filter/operator.hpp"
+
+#include "udar/filter/hermite_line.hpp"
+#include "udar/filter/mixed_line.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+
+std::unique_ptr<FilterOperator> make_operator(const BeamChain& beam, const FilterParameters& parameters) {
+  if (parameters.formulation == Formulation::mixed) {
+    return std::make_unique<MixedLine>(beam, parameters.filter_frequency, parameters.unfiltered);
+  }
+  if (parameters.unfiltered) {
+    throw InputError{"beam formulation: `filter frequency` none needs mixed, which has the moments of a given line"};
+  }
+  return std::make_unique<HermiteLine>(beam, parameters.filter_frequency);
+}
+
+}  // namespace udar
