@@ -424,6 +424,7 @@ int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Com
     });
     if (!failure.empty()) {
       code = 1;
+      petsc::Session::forget_unused_options();
       if (petsc::Session::on_first_rank()) {
         std::fprintf(stderr, "udar: error: %s\n", failure.c_str());
         std::fflush(stderr);

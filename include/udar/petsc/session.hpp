@@ -37,6 +37,8 @@ class Session {
   [[nodiscard]] static bool on_first_rank();
   /// The files named by `-options_file`, in their order: other files they name may lie beside them.
   [[nodiscard]] static const std::vector<std::string>& options_files();
+  /// Keeps the end of a run that failed from listing the options that it did not come to. @note Not collective.
+  static void forget_unused_options();
 
  private:
   Session(int argc, char** argv);
