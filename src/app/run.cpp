@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -29,6 +30,7 @@
 #include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/filter/modes.hpp"
 #include "udar/io/checkpoint.hpp"
+#include "udar/io/hdf5_file.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/run_writers.hpp"
 #include "udar/io/summary.hpp"
@@ -410,6 +412,9 @@ void print_versions(MPI_Comm comm) {
 
 int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm)) {
   int code = 0;
+  std::signal(SIGPIPE, SIG_IGN);  // `udar -help | head` is no crash
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond the limit is an error of the write, which names it
+  io::start_hdf5();
   try {
     const petsc::Session session{argc, argv, help};
     if (session.version_requested()) {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "udar/io/summary.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar::app {
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

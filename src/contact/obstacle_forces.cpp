@@ -13,7 +13,7 @@
 
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

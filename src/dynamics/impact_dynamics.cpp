@@ -12,7 +12,7 @@
 #include "udar/motion/motion_scale.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

@@ -10,8 +10,8 @@
 #include "udar/filter/pc_chain.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/log.hpp"
 #include "udar/petsc/options.hpp"
-#include "udar/petsc/session.hpp"
 
 namespace udar {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "udar/numerics/power_series.hpp"
 #include "udar/numerics/roots.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

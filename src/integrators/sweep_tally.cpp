@@ -1,6 +1,6 @@
 #include "udar/integrators/sweep_tally.hpp"
 
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "udar/local/dense_map.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 

@@ -14,7 +14,7 @@
 #include "udar/numerics/step_polynomial.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

@@ -20,7 +20,7 @@
 #include "udar/numerics/power_series.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

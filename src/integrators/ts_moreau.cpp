@@ -11,7 +11,7 @@
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

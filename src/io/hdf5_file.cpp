@@ -43,13 +43,6 @@ constexpr std::chrono::seconds kFlushInterval{1};
 /// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
 constexpr std::chrono::seconds kPatience{60};
 
-/// HDF5 started after MPI would flush and close, inside MPI_Finalize, a file given up after an error, and so fail, hang
-/// or crash once more. Started before MPI, and kept from doing it at exit, it leaves such a file alone.
-[[maybe_unused]] const bool kStartedBeforeMpi = [] {
-  H5dont_atexit();
-  return H5open() >= 0;
-}();
-
 std::string system_reason(int error) { return std::generic_category().message(error); }
 
 herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
@@ -111,6 +104,11 @@ void wait_for_others(MPI_Comm comm, MPI_Request* request, const std::string& tex
 }
 
 }  // namespace
+
+void start_hdf5() {
+  H5dont_atexit();
+  H5open();
+}
 
 Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string quantity)
     : comm_{comm},

@@ -10,7 +10,7 @@
 
 #include "udar/io/hdf5_file.hpp"
 #include "udar/io/versions.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar::io {
 namespace {

@@ -8,7 +8,7 @@
 #include <ranges>
 
 #include "udar/contact/impact_law.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar {
 namespace {

@@ -28,18 +28,15 @@ std::exception_ptr& pending() {
 
 }  // namespace
 
-PetscErrorCode guarded(const std::function<void()>& body) {
+PetscErrorCode keep_exception() {
   PetscFunctionBeginUser;
-  std::string message;
+  std::string message = "unknown exception";
+  pending() = std::current_exception();
   try {
-    body();
-    PetscFunctionReturn(0);
+    throw;
   } catch (const std::exception& failure) {
     message = failure.what();
-    pending() = std::current_exception();
-  } catch (...) {
-    message = "unknown exception";
-    pending() = std::current_exception();
+  } catch (...) {  // keeps its message
   }
   SETERRQ(PETSC_COMM_SELF, PETSC_ERR_LIB, "%s", message.c_str());
 }

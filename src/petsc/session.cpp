@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 #include <petsclog.h>
 #include <petscoptions.h>
-#include <petsctime.h>
 #include <slepcsys.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -12,7 +11,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <initializer_list>
-#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +18,7 @@
 
 #include "petsc/help.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/log.hpp"
 #include "udar/petsc/option_sources.hpp"
 #include "udar/petsc/options.hpp"
 
@@ -31,25 +30,9 @@ std::string& error_message() {
   return message;
 }
 
-LogEvents& mutable_log_events() {
-  static LogEvents events;
-  return events;
-}
-
 bool& first_rank() {
   static bool first = true;
   return first;
-}
-
-/// The scope that is open on this rank, and what each event came to so far.
-LogScope*& open_scope() {
-  static LogScope* scope = nullptr;
-  return scope;
-}
-
-std::map<PetscLogEvent, EventTotals>& totals_so_far() {
-  static std::map<PetscLogEvent, EventTotals> totals;
-  return totals;
 }
 
 /// Keeps the first message of an error chain and prints nothing.
@@ -206,8 +189,6 @@ Session::Session(int argc, char** argv)
   char** values = arguments_.data();
   choose_waiting();
   const IgnoredSignals ignored;
-  std::signal(SIGPIPE, SIG_IGN);  // `udar -help | head` is no crash
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond the limit is an error of the write, which names it
   check(SlepcInitialize(&count, &values, nullptr, nullptr), "SlepcInitialize");
   ignored.restore();
   int rank = 0;
@@ -215,17 +196,7 @@ Session::Session(int argc, char** argv)
   first_rank() = rank == 0;
   UDAR_CALL(PetscPushErrorHandler(record_error, nullptr));
   UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-log_view", &log_begun_));
-
-  PetscClassId library = 0;
-  LogEvents& events = mutable_log_events();
-  UDAR_CALL(PetscClassIdRegister("udar", &library));
-  UDAR_CALL(PetscLogEventRegister("FilterAssemble", library, &events.assemble));
-  UDAR_CALL(PetscLogEventRegister("FilterSolve", library, &events.solve));
-  UDAR_CALL(PetscLogEventRegister("Contact", library, &events.contact));
-  UDAR_CALL(PetscLogEventRegister("LocalMotion", library, &events.local_motion));
-  UDAR_CALL(PetscLogEventRegister("Reduction", library, &events.reduction));
-  UDAR_CALL(PetscLogEventRegister("Output", library, &events.output));
-  UDAR_CALL(PetscLogEventRegister("OutputFields", library, &events.fields));
+  UDAR_CALL(register_log_events());
 }
 
 /// The log that `-log_view` in a file asks for; PETSc has begun the one of the command line.
@@ -271,57 +242,5 @@ bool Session::help_requested() {
 const std::vector<std::string>& Session::options_files() { return inserted_files(); }
 
 std::string take_error_message() { return std::exchange(error_message(), {}); }
-
-const LogEvents& log_events() { return mutable_log_events(); }
-
-LogScope::LogScope(PetscLogEvent event) : event_{event} {
-  if (event_ >= 0) {
-    around_ = std::exchange(open_scope(), this);
-    PetscLogEventBegin(event_, 0, 0, 0, 0);
-    before_ = traffic();
-    PetscTime(&begin_);
-  }
-}
-
-LogScope::~LogScope() {
-  if (event_ >= 0) {
-    PetscLogDouble end = 0.0;
-    PetscTime(&end);
-    EventTotals& totals = totals_so_far()[event_];
-    totals.own += end - begin_ - inside_;
-    if (!within_itself()) {
-      const Traffic now = traffic();
-      totals.seconds += end - begin_;
-      ++totals.calls;
-      totals.traffic.messages += now.messages - before_.messages;
-      totals.traffic.message_bytes += now.message_bytes - before_.message_bytes;
-      totals.traffic.reductions += now.reductions - before_.reductions;
-    }
-    PetscLogEventEnd(event_, 0, 0, 0, 0);
-    open_scope() = around_;
-    if (around_ != nullptr) {
-      around_->inside_ += end - begin_;
-    }
-  }
-}
-
-bool LogScope::within_itself() const noexcept {
-  const LogScope* scope = around_;
-  while (scope != nullptr && scope->event_ != event_) {
-    scope = scope->around_;
-  }
-  return scope != nullptr;
-}
-
-Traffic traffic() {
-  return {.messages = 0.5 * (petsc_isend_ct + petsc_send_ct + petsc_irecv_ct + petsc_recv_ct),
-          .message_bytes = 0.5 * (petsc_isend_len + petsc_send_len + petsc_irecv_len + petsc_recv_len),
-          .reductions = petsc_allreduce_ct + petsc_gather_ct + petsc_scatter_ct};
-}
-
-EventTotals event_totals(PetscLogEvent event) {
-  const auto found = totals_so_far().find(event);
-  return found != totals_so_far().end() ? found->second : EventTotals{};
-}
 
 }  // namespace udar::petsc

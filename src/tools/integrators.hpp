@@ -13,7 +13,7 @@
 
 #include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
+#include "udar/petsc/log.hpp"
 
 namespace udar::bench {
 

@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   KSP solver = NULL;
   TS stepper = NULL;
   PetscBool stepped = PETSC_FALSE;
+  PetscLogEvent event = -1;
 
   PetscCall(PetscInitialize(&argc, &argv, NULL, NULL));
   PetscCall(MatCreateAIJ(PETSC_COMM_WORLD, PETSC_DECIDE, PETSC_DECIDE, size, size, 3, NULL, 2, NULL, &matrix));
@@ -30,6 +31,8 @@ int main(int argc, char** argv) {
   PetscCall(KSPSetFromOptions(solver));
   PetscCall(KSPSolve(solver, right, solution));
   PetscCall(PetscPrintf(PETSC_COMM_WORLD, "solved\n"));
+  PetscCall(PetscLogEventGetId("FilterSolve", &event));
+  PetscCall(PetscPrintf(PETSC_COMM_WORLD, "log event of udar: %s\n", event >= 0 ? "yes" : "no"));
   PetscCall(PetscOptionsHasName(NULL, NULL, "-ts_type", &stepped));
   if (stepped) {
     PetscCall(TSCreate(PETSC_COMM_WORLD, &stepper));

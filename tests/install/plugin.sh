@@ -45,3 +45,6 @@ for type in chebyshev impact; do
 done
 echo "== PETSc's own types still work beside it"
 solve -dll_append "$library" -pc_type jacobi || fail "not solved"
+grep -q "log event of udar: yes" "$work/out" || fail "the plug-in registers no log events"
+solve -pc_type jacobi || fail "not solved"
+grep -q "log event of udar: no" "$work/out" || fail "a log event where there is no plug-in"

@@ -5,11 +5,13 @@
 #include <mpi.h>
 
 #include <chrono>
+#include <csignal>
 #include <iostream>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "udar/io/hdf5_file.hpp"
 #include "udar/petsc/session.hpp"
 
 namespace {
@@ -109,6 +111,8 @@ int main(int argc, char** argv) {
   arguments.push_back(nullptr);
   char** values = arguments.data();
 
+  std::signal(SIGXFSZ, SIG_IGN);  // as the programs do
+  udar::io::start_hdf5();
   const udar::petsc::Session session{count, values, nullptr};
   return run_all_tests();
 }

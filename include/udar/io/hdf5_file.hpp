@@ -40,6 +40,13 @@ class Hdf5Id {
   Close close_ = nullptr;
 };
 
+/// @brief Starts HDF5 and keeps it from closing files when the process ends; for programs, before MPI starts.
+///
+/// HDF5 started after MPI would flush and close, inside MPI_Finalize, a file given up after an error, and so fail, hang
+/// or crash once more. Started before MPI, and kept from doing it at exit, it leaves such a file alone. It is a choice
+/// for the whole process, which the library does not make when it is loaded. @note Not collective.
+void start_hdf5();
+
 /// @brief A file open on all ranks of a communicator, with collective transfers and collective metadata.
 ///
 /// Every member function is collective and throws `FileError` on all ranks together when a call fails on one. HDF5 over

@@ -4,7 +4,6 @@
 
 #include <petscsys.h>
 
-#include <functional>
 #include <source_location>
 #include <stdexcept>
 #include <string>
@@ -45,8 +44,19 @@ class Error : public std::runtime_error {
 /// `UDAR_CALL`.
 void check(PetscErrorCode code, const char* call, std::source_location where = std::source_location::current());
 
+/// Keeps the exception at hand for `check`. State of the whole process, for one thread. @return PETSc's code for it
+[[nodiscard]] PetscErrorCode keep_exception();
+
 /// @brief Runs C++ code inside a PETSc callback: an exception becomes a PETSc error here, and itself again in `check`.
-[[nodiscard]] PetscErrorCode guarded(const std::function<void()>& body);
+template <class Body>
+[[nodiscard]] PetscErrorCode guarded(const Body& body) {
+  try {
+    body();
+    return 0;
+  } catch (...) {
+    return keep_exception();
+  }
+}
 
 }  // namespace petsc
 

@@ -6,6 +6,8 @@
 
 #include <memory>
 
+#include "udar/petsc/log.hpp"
+
 namespace udar::petsc {
 
 /// @brief What a registered `PC` type does. Members may throw; PETSc sees error codes.
@@ -36,7 +38,10 @@ class Preconditioner {
 /// @brief Registers `Type` under a name for `-pc_type`. May be called again. @note Not collective.
 template <class Type>
 [[nodiscard]] PetscErrorCode register_preconditioner(const char* name) {
-  return PCRegister(name, [](PC pc) { return attach(pc, std::make_unique<Type>()); });
+  PetscFunctionBeginUser;
+  PetscCall(register_log_events());
+  PetscCall(PCRegister(name, [](PC pc) { return attach(pc, std::make_unique<Type>()); }));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace udar::petsc

@@ -7,6 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "udar/petsc/log.hpp"
+
 namespace udar::petsc {
 
 /// @brief What a registered `TS` type does. Members may throw; PETSc sees error codes.
@@ -56,7 +58,10 @@ void count_rejection(TS stepper);
 /// @brief Registers `Type` under a name for `-ts_type`. May be called again. @note Not collective.
 template <class Type>
 [[nodiscard]] PetscErrorCode register_integrator(const char* name) {
-  return TSRegister(name, [](TS stepper) { return attach(stepper, std::make_unique<Type>()); });
+  PetscFunctionBeginUser;
+  PetscCall(register_log_events());
+  PetscCall(TSRegister(name, [](TS stepper) { return attach(stepper, std::make_unique<Type>()); }));
+  PetscFunctionReturn(0);
 }
 
 }  // namespace udar::petsc
