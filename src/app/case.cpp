@@ -1,37 +1,100 @@
 #include "udar/app/case.hpp"
 
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
 #include "app/input/readers.hpp"
+#include "udar/app/filter_choice.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar::app {
+namespace {
 
-ModelParameters Case::model() const {
-  return {.beam = beam,
-          .filter = filter,
-          .gravity = gravity,
-          .loads = loads,
-          .damping = damping,
-          .initial = initial,
-          .supports = supports,
-          .contact = contact};
+/// The longest step, at most `wished`, that divides the interval between rows and the end of the run, if such a one
+/// exists without many steps for every row, else the end alone.
+double even_step(double wished, double interval, double end) {
+  constexpr double kWhole = 1e-9;  // far from an integer by less: decimal fractions that rounding has touched
+  constexpr int kMany = 20;
+  double whole = end;
+  for (int parts = kMany; parts > 0; --parts) {
+    const double rows = end / interval * parts;
+    whole = std::abs(rows - std::round(rows)) < kWhole * rows ? interval / parts : whole;
+  }
+  return whole / std::ceil(whole / wished * (1.0 - kWhole));
 }
 
-Case read_case(MPI_Comm comm) {
-  Case input;
-  Formulation formulation = Formulation::mixed;
-  input.beam = read_beam(comm, formulation);
-  input.filter = read_filter(comm, formulation);
-  read_initial(comm, input);
-  read_contact(comm, input);
-  read_output(comm, input);
-  read_integration(comm, input);
-  if (input.contact.surface == ContactSurface::line &&
-      (input.filter.correct_lowest > 0 || !input.filter.correct.empty())) {
+FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const BeamParameters& beam) {
+  FilterParameters filter = input.filter.parameters;
+  if (filter.unfiltered && input.time.step > 0.0) {
+    filter.filter_frequency = 2.0 / even_step(input.time.step, input.output.output.interval, input.time.end);
+  }
+  if (petsc::Session::help_requested()) {
+    constexpr double kAny = 100.0;
+    filter.filter_frequency = filter.filter_frequency > 0.0 ? filter.filter_frequency : kAny;
+    return filter;
+  }
+  return input.filter.automatic ? choose_filter(comm, beam, input.filter) : filter;
+}
+
+/// Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
+/// Contact on the line has forces of its own, and the unfiltered beam one in every step.
+double settled_force_window(double asked, const Case& settled) {
+  const double resolved = std::numbers::pi / settled.filter.filter_frequency;
+  if (settled.contact.surface == ContactSurface::mass && asked > 0.0 && asked < resolved) {
+    std::ostringstream message;
+    message << "option -output_force_window: " << asked
+            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
+            << " [s], the shortest time over which impacts make a force";
+    throw InputError{message.str()};
+  }
+  return asked > 0.0 ? asked : resolved;
+}
+
+}  // namespace
+
+CaseInput read_case(MPI_Comm comm) {
+  CaseInput input;
+  input.beam = read_beam(comm);
+  input.filter = read_filter(comm, input.beam.formulation);
+  input.start = read_start(comm);
+  input.contact = read_contact(comm);
+  input.output = read_output(comm);
+  for (const double gauge : input.output.gauges) {
+    require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.beam.length()});
+  }
+  input.time = read_time(comm, input.filter.parameters.unfiltered);
+  if (input.contact.contact.surface == ContactSurface::line && input.filter.exact.any()) {
     throw InputError{
         "options -filter_correct_modes and -filter_correct_mode are not for -contact_surface line: in these modes the "
         "line is tied rigidly to the masses and would hit with them"};
   }
   return input;
+}
+
+Case resolve(MPI_Comm comm, const CaseInput& input) {
+  Case settled;
+  settled.beam = input.beam.beam;
+  settled.beam.mass_patches = input.contact.mass_patches;
+  settled.filter = settled_filter(comm, input, settled.beam);
+  settled.gravity = input.start.gravity;
+  settled.loads = input.start.loads;
+  settled.damping = input.start.damping;
+  settled.initial = input.start.initial;
+  settled.supports = input.contact.supports;
+  settled.contact = input.contact.contact;
+  if (settled.filter.unfiltered) {  // masses and line are one
+    settled.contact.surface = ContactSurface::line;
+  }
+  settled.exact = input.filter.exact;
+  settled.gauges = input.output.gauges;
+  settled.output = input.output.output;
+  settled.output.force_window = settled_force_window(input.output.output.force_window, settled);
+  settled.restart = input.output.restart;
+  settled.end_time = input.time.end;
+  settled.view = input.output.view;
+  return settled;
 }
 
 }  // namespace udar::app

@@ -79,8 +79,7 @@ std::string contact_text(const Case& input) {
   if (input.supports.empty()) {
     return "";
   }
-  return input.contact.surface == ContactSurface::line || input.filter.unfiltered ? ", held off the line by forces"
-                                                                                  : ", hit by the masses";
+  return input.contact.surface == ContactSurface::line ? ", held off the line by forces" : ", hit by the masses";
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ double rounded_up(double value) {
 }
 
 std::vector<Mode> coarse_modes(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter, PetscInt count) {
-  return exact_modes(BeamChain{comm, coarser(comm, beam, count).value_or(beam)}, filter, count);
+  return exact_modes(BeamChain{comm, coarser(comm, beam, count).value_or(beam)}, filter.parameters, count);
 }
 
 /// Modes up to the band's end, all there are if that is above them.
@@ -70,9 +70,9 @@ std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam,
   return coarse;
 }
 
-void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& filter) {
+FilterParameters choose_filter(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter) {
   if (!filter.automatic) {
-    return;
+    return filter.parameters;
   }
   double highest = filter.band;
   std::vector<Mode> modes;
@@ -86,7 +86,6 @@ void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& fi
     highest = modes.back().frequency;
   }
   const double wf = rounded_up(filter_frequency_for(highest, filter.accuracy));
-  filter.filter_frequency = wf;
   UDAR_CALL(PetscPrintf(comm, "udar: filter frequency wf %g rad/s: frequencies up to %g rad/s are right to %g %%\n", wf,
                         highest, 100.0 * filter.accuracy));
   UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
@@ -95,13 +94,16 @@ void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& fi
     UDAR_CALL(PetscPrintf(comm, "  %4zu %11.6g %18.6g %8.4f %%\n", i + 1, modes[i].frequency, filtered,
                           100.0 * (filtered / modes[i].frequency - 1.0)));
   }
+  FilterParameters chosen = filter.parameters;
+  chosen.filter_frequency = wf;
+  return chosen;
 }
 
-std::vector<PetscInt> correct_modes(FilteredStructure& line, const FilterInput& filter) {
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact) {
   const MPI_Comm comm = line.beam().comm();
   const double wf = line.filter_frequency();
-  const PetscInt last_named = filter.correct.empty() ? 0 : std::ranges::max(filter.correct);
-  const PetscInt last = std::max(filter.correct_lowest, last_named);
+  const PetscInt last_named = exact.named.empty() ? 0 : std::ranges::max(exact.named);
+  const PetscInt last = std::max(exact.lowest, last_named);
   if (last == 0) {
     return {};
   }
@@ -111,9 +113,9 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const FilterInput& 
   }
   for (PetscInt number = 1; number <= last; ++number) {
     Mode& mode = modes[static_cast<std::size_t>(number - 1)];
-    const bool named = std::ranges::find(filter.correct, number) != filter.correct.end();
-    mode.corrected = named || (number <= filter.correct_lowest && mode.frequency <= wf);
-    if (!mode.corrected && number <= filter.correct_lowest) {
+    const bool named = std::ranges::find(exact.named, number) != exact.named.end();
+    mode.corrected = named || (number <= exact.lowest && mode.frequency <= wf);
+    if (!mode.corrected && number <= exact.lowest) {
       UDAR_CALL(PetscPrintf(comm,
                             "udar: mode %d, %.10g rad/s, is above wf %g rad/s and left uncorrected; "
                             "-filter_correct_mode %d would correct it\n",

@@ -20,7 +20,7 @@
 
 #include "app/run_costs.hpp"
 #include "udar/app/case.hpp"
-#include "udar/app/case_text.hpp"
+#include "udar/app/describe_case.hpp"
 #include "udar/app/echo.hpp"
 #include "udar/app/filter_choice.hpp"
 #include "udar/app/output_size.hpp"
@@ -250,21 +250,15 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
   register_types();
   petsc::check_petsc_options();
-  Case input = read_case(comm);
+  const Case input = resolve(comm, read_case(comm));
   const bool help = petsc::Session::help_requested();
-  if (help && input.filter.filter_frequency == 0.0) {
-    input.filter.filter_frequency = 100.0;  // any: only the solvers' own help is wanted
-  } else {
-    choose_frequency(comm, input.beam, input.filter);
-  }
-  settle_force_window(input);
   std::vector<Mode> modes;
-  Model model{comm, input.model(), [&](FilteredStructure& line) {
+  Model model{comm, input, [&](FilteredStructure& line) {
                 if (help) {
                   return;
                 }
                 modes = modes_to_show(input, line);
-                for (const PetscInt number : correct_modes(line, input.filter)) {
+                for (const PetscInt number : correct_modes(line, input.exact)) {
                   if (number <= static_cast<PetscInt>(modes.size())) {
                     modes[static_cast<std::size_t>(number - 1)].corrected = true;
                   }

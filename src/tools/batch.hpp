@@ -22,7 +22,7 @@ inline std::array<double, 3> run_beam(MPI_Comm comm, const app::Case& input, Pet
   app::Case own = input;
   own.initial.height *= 1.0 + kSpread * static_cast<double>(index) / static_cast<double>(beams);
   const double begin = MPI_Wtime();
-  Model model{comm, own.model()};
+  Model model{comm, own};
   ImpactDynamics dynamics{model};
   dynamics.solve();
   return {MPI_Wtime() - begin, static_cast<double>(dynamics.counts().impacts),

@@ -329,8 +329,8 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& 
   }
 }
 
-void refuse_correction(const app::FilterInput& filter) {
-  if (filter.correct_lowest > 0 || !filter.correct.empty()) {
+void refuse_correction(const app::ModeChoice& exact) {
+  if (exact.any()) {
     throw InputError{"options -filter_correct_modes and -filter_correct_mode are not for measurements"};
   }
 }
@@ -390,23 +390,22 @@ int run_bench(MPI_Comm comm) {
     return 0;
   }
   if (kind == Kind::batch) {
-    app::Case input = app::read_case(comm);
+    const app::CaseInput input = app::read_case(comm);
     if (!petsc::Session::help_requested()) {
-      refuse_correction(input.filter);
-      app::choose_frequency(comm, input.beam, input.filter);
+      refuse_correction(input.filter.exact);
+      const app::Case settled = app::resolve(comm, input);
       petsc::check_unknown_options(comm);
-      bench::batch(comm, input, beams, ranks_per_beam);
+      bench::batch(comm, settled, beams, ranks_per_beam);
     }
     return 0;
   }
-  Formulation formulation = Formulation::mixed;
-  BeamParameters beam = app::read_beam(comm, formulation);
-  app::FilterInput filter = app::read_filter(comm, formulation);
+  auto [beam, formulation] = app::read_beam(comm);
+  const app::FilterInput asked = app::read_filter(comm, formulation);
   if (petsc::Session::help_requested()) {
     return 0;
   }
-  refuse_correction(filter);
-  app::choose_frequency(comm, beam, filter);
+  refuse_correction(asked.exact);
+  const FilterParameters filter = app::choose_filter(comm, beam, asked);
   if (beam.segments.size() > 1 && (kind != Kind::solve || decades > 0.0)) {
     throw InputError{"option -beam_length: the tables and -bench_mass_decades are for one segment"};
   }

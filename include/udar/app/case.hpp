@@ -1,6 +1,6 @@
 #pragma once
 /// @file
-/// A case as the user states it: options and case file turned into plain, checked values.
+/// A case in two steps: what the user asked for, and what is run; plain, checked values, const once they are there.
 
 #include <string>
 #include <vector>
@@ -19,7 +19,7 @@ struct OutputParameters {
   std::string directory = "udar-output";
   double interval = 1e-3;        ///< of gauges and energy [s]
   double field_interval = 1e-2;  ///< of fields [s]; 0: none
-  double force_window = 0.0;     ///< forces of supports are means over at least this [s], not less than pi / wf
+  double force_window = 0.0;     ///< forces of supports are means over at least this [s]; 0, asked for: pi / wf
   bool overwrite = false;
   bool allow_large = false;  ///< more than 10^6 rows or 10 GB
 };
@@ -30,47 +30,91 @@ struct RestartParameters {
   double interval = 0.0;  ///< simulated time between checkpoints [s]; 0: only at the end
 };
 
-/// @brief The filter as the user states it: a frequency, or what it must reach, and modes without filter.
-struct FilterInput : FilterParameters {
-  bool automatic = false;         ///< the frequency follows from the next three
-  double accuracy = 0.01;         ///< largest relative error of a frequency that matters [-]
-  PetscInt modes = 1;             ///< how many of the lowest flexible modes matter
-  double band = 0.0;              ///< all frequencies up to this one matter [rad/s]; 0: by `modes`
-  PetscInt correct_lowest = 0;    ///< so many of the lowest flexible modes are exact, unless above wf
-  std::vector<PetscInt> correct;  ///< and these, counted from 1, wherever they are
+/// @brief Modes that vibrate at their unfiltered frequency.
+struct ModeChoice {
+  PetscInt lowest = 0;          ///< so many of the lowest flexible modes are exact, unless above wf
+  std::vector<PetscInt> named;  ///< and these, counted from 1, wherever they are
+
+  [[nodiscard]] bool any() const noexcept { return lowest > 0 || !named.empty(); }
 };
 
-/// @brief Everything `udar` reads from the options database, once, before anything is built.
-struct Case {
+/// @brief The filter as the user states it: a frequency, or what it must reach.
+struct FilterInput {
+  FilterParameters parameters;  ///< its frequency may still be 0
+  bool automatic = false;       ///< the frequency follows from the next three
+  double accuracy = 0.01;       ///< largest relative error of a frequency that matters [-]
+  PetscInt modes = 1;           ///< how many of the lowest flexible modes matter
+  double band = 0.0;            ///< all frequencies up to this one matter [rad/s]; 0: by `modes`
+  ModeChoice exact{};
+};
+
+/// @brief The beam, and how its line is to be discretised.
+struct BeamInput {
   BeamParameters beam;
-  FilterInput filter;
+  Formulation formulation = Formulation::mixed;
+};
+
+/// @brief Start and loads.
+struct StartInput {
   double gravity = 9.81;  ///< [m/s^2]
-  InitialState initial;
+  InitialState initial{.height = 1.0};
   std::vector<NodalLoad> loads;
-  std::vector<Support> supports;  ///< the floor or ground, if any, is the last
-  ContactParameters contact;
   Damping damping;
+};
+
+/// @brief Supports and who touches them.
+struct ContactInput {
+  std::vector<Support> supports;        ///< the floor or ground, if any, is the last
+  std::vector<MassPatch> mass_patches;  ///< parts of the beam whose nodes carry the mass of a support's width
+  ContactParameters contact;
+};
+
+/// @brief What is written, and what is gone on from.
+struct OutputInput {
   std::vector<double> gauges;  ///< [m]
   OutputParameters output;
   RestartParameters restart;
+  bool view = false;
+};
+
+/// @brief Of the time stepper what the case itself needs.
+struct TimeInput {
+  double end = 1.0;   ///< [s]
+  double step = 0.0;  ///< [s]; 0: not given
+};
+
+/// @brief What was asked for: everything `udar` reads from the options database, once, before anything is built.
+struct CaseInput {
+  BeamInput beam;
+  FilterInput filter;
+  StartInput start;
+  ContactInput contact;
+  OutputInput output;
+  TimeInput time;
+};
+
+/// @brief What is run: the filter frequency chosen, forces averaged over a time that makes sense.
+struct Case : ModelParameters {
+  ModeChoice exact{};
+  std::vector<double> gauges{};  ///< [m]
+  OutputParameters output{};
+  RestartParameters restart{};
   double end_time = 1.0;  ///< [s]
   bool view = false;
-
-  /// What of it makes the model, its filter frequency chosen.
-  [[nodiscard]] ModelParameters model() const;
 };
 
 /// @brief Reads -beam_* and -filter_*: what a line solve needs, for programs that do less than `udar`.
 /// @note Collective. @throws InputError, FileError naming option, value, range and unit
-[[nodiscard]] BeamParameters read_beam(MPI_Comm comm, Formulation& formulation);
+[[nodiscard]] BeamInput read_beam(MPI_Comm comm);
 [[nodiscard]] FilterInput read_filter(MPI_Comm comm, Formulation formulation);
-
-/// @brief What `-output_force_window` stands for at the filter frequency of the case, known after `choose_frequency`.
-/// @throws InputError if it is too short for impacts
-void settle_force_window(Case& input);
 
 /// @brief Reads every option of udar; prints their manual under `-help`.
 /// @note Collective. @throws InputError, FileError naming option, value, range and unit
-[[nodiscard]] Case read_case(MPI_Comm comm);
+[[nodiscard]] CaseInput read_case(MPI_Comm comm);
+
+/// @brief From what was asked to what is run. Under `-help` any filter frequency will do: only the solvers' own help is
+/// wanted.
+/// @note Collective: `-filter_frequency auto` computes modes. @throws InputError naming option, value, range and unit
+[[nodiscard]] Case resolve(MPI_Comm comm, const CaseInput& input);
 
 }  // namespace udar::app

@@ -17,15 +17,16 @@ namespace udar::app {
 /// @note Not collective.
 [[nodiscard]] std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam, PetscInt modes);
 
-/// @brief With `-filter_frequency auto`: sets wf, rounded up to six digits, so that no mode that matters is lowered by
-/// more than `-filter_accuracy`, and prints these modes. Otherwise nothing. @note Collective; printed by rank 0.
+/// @brief The filter at its frequency: the one asked for; with `-filter_frequency auto` wf, rounded up to six digits,
+/// so that no mode that matters is lowered by more than `-filter_accuracy`, and prints these modes.
+/// @note Collective; printed by rank 0.
 /// @throws InputError if the beam has fewer modes than asked for; SolveError if they cannot be computed
-void choose_frequency(MPI_Comm comm, const BeamParameters& beam, FilterInput& filter);
+[[nodiscard]] FilterParameters choose_filter(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter);
 
 /// @brief Corrects the modes asked for and prints which, with the frequencies before and after.
 /// @return their numbers, counted from 1; empty: none
 /// @note Collective; printed by rank 0.
 /// @throws InputError if there is no such mode, or only one of two with the same frequency is asked for
-std::vector<PetscInt> correct_modes(FilteredStructure& line, const FilterInput& filter);
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact);
 
 }  // namespace udar::app

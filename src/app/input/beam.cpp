@@ -161,11 +161,12 @@ void judge_section(MPI_Comm comm, const Section& section, double length) {
 
 }  // namespace
 
-BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
+BeamInput read_beam(MPI_Comm comm) {
   OptionGroup group{
       comm,
       "Beam: one straight beam from x = 0, uniform or in segments (lists: one entry per segment, or one for all)"};
-  BeamParameters beam;
+  BeamInput input;
+  BeamParameters& beam = input.beam;
   Numbers length{10.0};
   std::vector<PetscInt> elements{20};
   Numbers modulus{2.1e11};
@@ -222,7 +223,7 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
               "where point masses sit: the nearest node");
   group.reals("-beam_point_mass", point_mass, "kg", petsc::positive(), "point masses, one per position or one for all");
   group.choice<Formulation>(
-      "-beam_formulation", formulation, kFormulations,
+      "-beam_formulation", input.formulation, kFormulations,
       "unknowns of the line: displacement and moment (mixed), or displacement and rotation (hermite), "
       "which loses its digits on fine meshes");
 
@@ -288,7 +289,7 @@ BeamParameters read_beam(MPI_Comm comm, Formulation& formulation) {
       beam.point_masses.push_back({.position = point_position[i], .mass = point_mass[i]});
     }
   }
-  return beam;
+  return input;
 }
 
 }  // namespace udar::app

@@ -45,7 +45,8 @@ void given_with_spring(bool restitution_given, double restitution, double yield_
 
 }  // namespace
 
-void read_contact(MPI_Comm comm, Case& input) {
+ContactInput read_contact(MPI_Comm comm) {
+  ContactInput input;
   OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
   Numbers position;
   Numbers width{0.0};
@@ -156,7 +157,7 @@ void read_contact(MPI_Comm comm, Case& input) {
     }
     const Support& support = input.supports.back();
     if (weighting == Weighting::tributary && support.width > 0.0) {
-      input.beam.mass_patches.push_back({.from = support.from(), .to = support.to()});
+      input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }
   }
   if (floor) {
@@ -171,6 +172,7 @@ void read_contact(MPI_Comm comm, Case& input) {
   if (all > count) {
     input.supports.back().yield_speed = yield_speed.back();
   }
+  return input;
 }
 
 }  // namespace udar::app

@@ -11,14 +11,14 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   OptionGroup group{
       comm, "Filter: the fictitious springs between masses and line (solver options: -filter_ksp_*, -filter_pc_*)"};
   FilterInput filter;
-  filter.formulation = formulation;
+  filter.parameters.formulation = formulation;
   std::string word;
   const bool given = group.real_or_word(
-      "-filter_frequency", filter.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
+      "-filter_frequency", filter.parameters.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
       "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
       "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
       "required");
-  filter.unfiltered = word == "none";
+  filter.parameters.unfiltered = word == "none";
   filter.automatic = word == "auto";
   const bool accuracy_given =
       group.real("-filter_accuracy", filter.accuracy, "-", {.lowest = 0.0, .highest = 0.5, .lowest_excluded = true},
@@ -29,11 +29,11 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   const bool band_given = group.real("-filter_band", filter.band, "rad/s", petsc::positive(),
                                      "for -filter_frequency auto, instead of -filter_modes: all frequencies up to this "
                                      "one matter");
-  group.integer("-filter_correct_modes", filter.correct_lowest, petsc::non_negative(),
+  group.integer("-filter_correct_modes", filter.exact.lowest, petsc::non_negative(),
                 "so many of the lowest flexible modes vibrate at their unfiltered frequency, those above wf excepted; "
                 "each costs a dot product and an axpy per line solve and 8 bytes per node, all together one reduction "
                 "per line solve or batch of them");
-  group.integers("-filter_correct_mode", filter.correct, petsc::at_least(1),
+  group.integers("-filter_correct_mode", filter.exact.named, petsc::at_least(1),
                  "the same for modes by their numbers, 1 the lowest flexible one; one above wf raises the largest "
                  "frequency, and shortens the time step, to its own");
   if (!filter.automatic && (accuracy_given || modes_given || band_given)) {
@@ -41,7 +41,7 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
                      (accuracy_given ? "-filter_accuracy" : (modes_given ? "-filter_modes" : "-filter_band")) +
                      " needs -filter_frequency auto"};
   }
-  if (filter.unfiltered && (filter.correct_lowest > 0 || !filter.correct.empty())) {
+  if (filter.parameters.unfiltered && filter.exact.any()) {
     throw InputError{
         "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
         "nothing to correct"};
@@ -51,9 +51,9 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
         "options -filter_modes and -filter_band exclude each other: give the number of modes that matter "
         "or the band they are in [rad/s]"};
   }
-  group.integer("-filter_check_interval", filter.check_interval, petsc::non_negative(),
+  group.integer("-filter_check_interval", filter.parameters.check_interval, petsc::non_negative(),
                 "every so many line solves the residual is checked; 0: never");
-  group.real("-filter_residual_tolerance", filter.residual_tolerance, "-", petsc::positive(),
+  group.real("-filter_residual_tolerance", filter.parameters.residual_tolerance, "-", petsc::positive(),
              "largest backward error of a line solve that passes the check");
   PetscInt lanes = 0;
   group.integer("-filter_pc_chain_lanes", lanes, petsc::between(0.0, 8.0),

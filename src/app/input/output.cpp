@@ -1,16 +1,12 @@
-#include <cmath>
-#include <numbers>
-#include <sstream>
-
 #include "app/input/readers.hpp"
-#include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 
 namespace udar::app {
 
 using petsc::OptionGroup;
 
-void read_output(MPI_Comm comm, Case& input) {
+OutputInput read_output(MPI_Comm comm) {
+  OutputInput input;
   OptionGroup group{comm, "Output and restart"};
   group.reals("-gauge_position", input.gauges, "m", petsc::any(), "where gauges read: the nearest node");
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
@@ -30,24 +26,7 @@ void read_output(MPI_Comm comm, Case& input) {
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
-  for (const double gauge : input.gauges) {
-    require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.length()});
-  }
-}
-
-void settle_force_window(Case& input) {
-  // Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
-  // Contact on the line has forces of its own, and the unfiltered beam one in every step.
-  const double resolved = std::numbers::pi / input.filter.filter_frequency;
-  const bool impacts = input.contact.surface == ContactSurface::mass && !input.filter.unfiltered;
-  if (impacts && input.output.force_window > 0.0 && input.output.force_window < resolved) {
-    std::ostringstream message;
-    message << "option -output_force_window: " << input.output.force_window
-            << " is not allowed, expected a number >= pi / -filter_frequency = " << resolved
-            << " [s], the shortest time over which impacts make a force";
-    throw InputError{message.str()};
-  }
-  input.output.force_window = input.output.force_window > 0.0 ? input.output.force_window : resolved;
+  return input;
 }
 
 }  // namespace udar::app

@@ -31,10 +31,11 @@ void require_ascending(const char* option, const std::string& path, const Number
 
 /// @name Each reads one group of options, and explains it under `-help`; collective.
 /// @{
-void read_initial(MPI_Comm comm, Case& input);
-void read_contact(MPI_Comm comm, Case& input);
-void read_output(MPI_Comm comm, Case& input);
-void read_integration(MPI_Comm comm, Case& input);
+[[nodiscard]] StartInput read_start(MPI_Comm comm);
+[[nodiscard]] ContactInput read_contact(MPI_Comm comm);
+[[nodiscard]] OutputInput read_output(MPI_Comm comm);
+/// @param unfiltered whether a step must be given
+[[nodiscard]] TimeInput read_time(MPI_Comm comm, bool unfiltered);
 /// @}
 
 }  // namespace udar::app

@@ -5,10 +5,10 @@ namespace udar::app {
 
 using petsc::OptionGroup;
 
-void read_initial(MPI_Comm comm, Case& input) {
+StartInput read_start(MPI_Comm comm) {
+  StartInput input;
   OptionGroup group{comm,
                     "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
-  input.initial.height = 1.0;
   std::string shape;
   Numbers load_position;
   Strings load_table;
@@ -51,6 +51,7 @@ void read_initial(MPI_Comm comm, Case& input) {
       input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
     }
   }
+  return input;
 }
 
 }  // namespace udar::app

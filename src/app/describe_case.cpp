@@ -1,4 +1,4 @@
-#include "udar/app/case_text.hpp"
+#include "udar/app/describe_case.hpp"
 
 #include "udar/contact/describe.hpp"
 #include "udar/filter/describe.hpp"
@@ -10,9 +10,9 @@ namespace udar::app {
 Description describe(const Case& input) {
   Description all;
   udar::describe(all, input.beam);
-  udar::describe(all, static_cast<const FilterParameters&>(input.filter));
-  all.add("corrected modes, lowest", static_cast<double>(input.filter.correct_lowest));
-  all.add_each("corrected modes", input.filter.correct, [](PetscInt mode) { return mode; });
+  udar::describe(all, input.filter);
+  all.add("corrected modes, lowest", static_cast<double>(input.exact.lowest));
+  all.add_each("corrected modes", input.exact.named, [](PetscInt mode) { return mode; });
   all.add("gravity [m/s^2]", input.gravity);
   udar::describe(all, input.initial);
   udar::describe(all, input.damping);
