@@ -531,6 +531,37 @@ class Printing(UdarTest):
                 self.assertTrue(found if words else not said, f"{said}{result}")
                 shutil.rmtree(result.directory)
 
+    def test_places(self):
+        """Who is taken to a node far away is named with both places; a width of one node, too; others are not."""
+        coarse = {"beam_elements": 10, "ts_max_time": 0.01}
+        for change, words in (
+            ({"gauge_position": "5,5.3"}, ("gauge 1 at x = 5.3 m", "nearest node, at x = 5 m", "-beam_elements")),
+            ({"gauge_position": "5.15"}, ()),
+            ({"support_position": "2.4,8"}, ("support 0 at x = 2.4 m", "at x = 2 m")),
+            ({"support_width": "0.6,0"}, ("support 0 is 0.6 m wide", "one node, 2 at x = 2 m", "elements of 1 m")),
+            ({"support_width": "2,0"}, ()),
+            ({"gauge_position": "0.5,1.5,2.5,3.5"}, ("gauge 2 at x = 2.5 m", "and 1 more")),
+        ):
+            with self.subTest(change=change):
+                result = self.run_case(case(**coarse, **{"gauge_position": "5", **change}), name="places")
+                said = [text for text in result.summary()["warnings"] if "node" in text]
+                found = len(said) == 1 and all(word in said[0] for word in words)
+                self.assertTrue(found if words else not said, f"{said}{result}")
+                shutil.rmtree(result.directory)
+
+    def test_step_of_the_unfiltered_beam(self):
+        """-ts_dt is shortened to divide the interval and the end; one that does not resolve vibration is named."""
+        lumped = {"filter_frequency": "none", "ts_type": "moreau", "ts_max_time": 0.02}
+        result = self.run_case(case(**lumped, ts_dt=3e-4), name="short")
+        self.assertEqual(result.summary()["steps"], 2 * 34)  # 0.01 / 34 is the longest such step up to 3e-4
+        self.assertEqual([text for text in result.summary()["warnings"] if "resolve" in text], [])
+        result = self.run_case(case(**{**lumped, "ts_max_time": 0.1}, ts_dt=0.02, output_interval=0.02), name="long")
+        self.assertEqual(result.summary()["steps"], 5)
+        said = [text for text in result.summary()["warnings"] if "resolve" in text]
+        self.assertEqual(len(said), 1, result)
+        for words in ("time step of 0.02 s", "1.15 times 1 / w1", "w1 = 57.", "-ts_dt"):
+            self.assertIn(words, said[0])
+
     def test_automatic_filter_frequency(self):
         outputs = []
         for ranks in (1, 2, 3):
