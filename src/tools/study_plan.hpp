@@ -2,25 +2,15 @@
 /// @file
 /// Which runs a study makes: series of options, axes within them, runs dealt to groups of ranks.
 
-#include <petscsys.h>
-
-#include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstddef>
-#include <functional>
-#include <limits>
 #include <optional>
-#include <ranges>
 #include <span>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 
 namespace udar::study {
@@ -29,35 +19,15 @@ namespace udar::study {
 using Options = std::vector<std::pair<std::string, std::optional<std::string>>>;
 
 /// @brief What the options database says of a key; empty if it is not there or has no value.
-inline std::optional<std::string> option_value(const std::string& key) {
-  const char* value = nullptr;
-  PetscBool set = PETSC_FALSE;
-  UDAR_CALL(PetscOptionsFindPair(nullptr, nullptr, key.c_str(), &value, &set));
-  return set == PETSC_TRUE && value != nullptr && *value != '\0' ? std::optional<std::string>{value} : std::nullopt;
-}
+std::optional<std::string> option_value(const std::string& key);
 
 /// @brief Options in force as long as the object lives. @note Not collective: the database is that of the process.
 class ScopedOptions {
  public:
-  explicit ScopedOptions(const Options& options) {
-    for (const auto& [key, value] : options) {
-      PetscBool set = PETSC_FALSE;
-      UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &set));
-      before_.push_back({.key = key, .given = set == PETSC_TRUE, .value = option_value(key)});
-      UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value ? value->c_str() : nullptr));
-    }
-  }
+  explicit ScopedOptions(const Options& options);
   ScopedOptions(const ScopedOptions&) = delete;
   ScopedOptions& operator=(const ScopedOptions&) = delete;
-  ~ScopedOptions() {
-    for (const Before& entry : before_ | std::views::reverse) {
-      if (entry.given) {
-        PetscOptionsSetValue(nullptr, entry.key.c_str(), entry.value ? entry.value->c_str() : nullptr);
-      } else {
-        PetscOptionsClearValue(nullptr, entry.key.c_str());
-      }
-    }
-  }
+  ~ScopedOptions();
 
  private:
   struct Before {
@@ -68,25 +38,12 @@ class ScopedOptions {
   std::vector<Before> before_;
 };
 
-inline std::string trimmed(std::string_view text) {
-  constexpr const char* kSpace = " \t\n\r";
-  const std::size_t first = text.find_first_not_of(kSpace);
-  return first == std::string_view::npos ? ""
-                                         : std::string{text.substr(first, text.find_last_not_of(kSpace) - first + 1)};
-}
+std::string trimmed(std::string_view text);
 
 /// Every part between separators, empty ones too.
-inline std::vector<std::string> split(std::string_view text, char separator) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(separator, begin), text.size());
-    parts.push_back(trimmed(text.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return parts;
-}
+std::vector<std::string> split(std::string_view text, char separator);
 
-inline std::string with_dash(const std::string& key) { return key.starts_with('-') ? key : "-" + key; }
+std::string with_dash(const std::string& key);
 
 /// @brief One key with several values: coarse to fine.
 struct Axis {
@@ -127,234 +84,27 @@ constexpr const char* kRefine = "study_refine";
 constexpr std::array kAxisKeys{"filter_frequency", "beam_elements", kRefine, "ts_rtol", "ts_dt"};
 
 /// Sorts the values of an axis from coarse to fine. @throws InputError
-inline Axis make_axis(const std::string& key, const std::string& list) {
-  struct Entry {
-    std::string text;
-    double number;
-  };
-  std::vector<Entry> entries;
-  std::string bare = list;
-  std::erase_if(bare, [](char c) { return c == '[' || c == ']'; });
-  for (const std::string& word : split(bare, ',')) {
-    double number = 0.0;
-    const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (status != std::errc{} || end != word.data() + word.size() || !(number > 0.0) || !std::isfinite(number)) {
-      throw InputError{"option -" + key + ": '" + word +
-                       "' is not allowed on an axis of a study, expected numbers > 0"};
-    }
-    entries.push_back({.text = word, .number = number});
-  }
-  const bool known = std::ranges::find(kAxisKeys, std::string_view{key}) != kAxisKeys.end();
-  const bool grows = known ? !key.starts_with("ts_") : entries.back().number > entries.front().number;
-  const auto size = [grows](const Entry& entry) { return grows ? 1.0 / entry.number : entry.number; };
-  if (known) {
-    std::ranges::sort(entries, std::ranges::greater{}, size);
-  }
-  if (std::ranges::adjacent_find(entries, std::ranges::less_equal{}, size) != entries.end()) {
-    throw InputError{"option -" + key + ": the values of an axis must differ" +
-                     (known ? "" : " and be listed from coarse to fine, all rising or all falling") + ", given " +
-                     list};
-  }
-  Axis axis{.key = key, .values = {}, .sizes = {}};
-  for (const Entry& entry : entries) {
-    axis.values.push_back(entry.text);
-    axis.sizes.push_back(size(entry));
-  }
-  return axis;
-}
+Axis make_axis(const std::string& key, const std::string& list);
 
 /// The axes of a series whose options are in force.
-inline std::vector<Axis> find_axes(const Request& request) {
-  const auto several = [](const std::string& key) {
-    const auto value = option_value("-" + key);
-    return value && value->find(',') != std::string::npos;
-  };
-  std::vector<std::string> keys{kAxisKeys.begin(), kAxisKeys.end()};
-  for (const std::string& key : request.axes) {
-    if (std::ranges::find(keys, key) == keys.end()) {
-      keys.push_back(key);
-    }
-  }
-  std::vector<Axis> axes;
-  for (const std::string& key : keys) {
-    if (!several(key)) {
-      continue;
-    }
-    if (key == "beam_elements" && several("beam_length")) {
-      if (std::ranges::find(request.axes, key) != request.axes.end()) {
-        throw InputError{"option -study_axes: beam_elements is a list by segment here; give -study_refine 1,2,4"};
-      }
-      continue;
-    }
-    axes.push_back(make_axis(key, *option_value("-" + key)));
-  }
-  const auto has = [&axes](std::string_view key) { return std::ranges::find(axes, key, &Axis::key) != axes.end(); };
-  if (has(kRefine) && has("beam_elements")) {
-    throw InputError{"option -study_refine multiplies -beam_elements, which has several values already"};
-  }
-  return axes;
-}
+std::vector<Axis> find_axes(const Request& request);
 
 /// -beam_elements times a factor, entry by entry.
-inline std::string refined(const std::string& factor) {
-  const auto whole = [](const char* key, const std::string& word) {
-    PetscInt value = 0;
-    const auto [end, status] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (status != std::errc{} || end != word.data() + word.size() || value < 1) {
-      throw InputError{std::string{"option "} + key + ": '" + word +
-                       "' is not allowed, expected whole numbers >= 1 for -study_refine"};
-    }
-    return value;
-  };
-  const PetscInt times = whole("-study_refine", factor);
-  constexpr const char* kDefault = "20";  // of -beam_elements
-  std::string list = option_value("-beam_elements").value_or(kDefault);
-  std::erase_if(list, [](char c) { return c == '[' || c == ']'; });
-  std::string result;
-  for (const std::string& word : split(list, ',')) {
-    const PetscInt elements = whole("-beam_elements", word);
-    if (elements > std::numeric_limits<PetscInt>::max() / times) {
-      throw InputError{"option -study_refine: " + factor + " times " + word + " elements are too many"};
-    }
-    result += (result.empty() ? "" : ",") + std::to_string(elements * times);
-  }
-  return result;
-}
+std::string refined(const std::string& factor);
 
 /// @brief Reads the series: `name: -key value ...; name: ...`; an empty text gives one series of no options.
 /// @note Collective over `PETSC_COMM_WORLD` if the text names options files. @throws InputError
-inline std::vector<Series> read_series(const std::string& text) {
-  if (text.empty()) {
-    return {{.name = "case", .options = {}, .axes = {}}};
-  }
-  std::vector<Series> all;
-  for (const std::string& part : split(text, ';')) {
-    if (part.empty()) {
-      continue;
-    }
-    const std::size_t colon = part.find(':');
-    const std::string name = trimmed(part.substr(0, colon));
-    if (colon == std::string::npos || name.empty() || name.find_first_of(" \",") != std::string::npos) {
-      throw InputError{"option -study_series: '" + part +
-                       "' is not allowed, expected 'name: -key value ...' with ';' between series"};
-    }
-    if (std::ranges::find(all, name, &Series::name) != all.end() || name == "own") {
-      throw InputError{"option -study_series: the name '" + name + "' is taken"};
-    }
-    Series series{.name = name, .options = {}, .axes = {}};
-    const std::string options = trimmed(part.substr(colon + 1));
-    if (!options.empty() && !options.starts_with('-')) {
-      throw InputError{"option -study_series: '" + options + "' is not allowed, expected options like -key value"};
-    }
-    petsc::check_option_words(petsc::option_words(options), " in -study_series '" + name + "'");
-    PetscOptions parsed = nullptr;
-    UDAR_CALL(PetscOptionsCreate(&parsed));
-    UDAR_CALL(PetscOptionsInsertString(parsed, options.c_str()));
-    PetscInt count = 0;
-    char** keys = nullptr;
-    char** values = nullptr;
-    UDAR_CALL(PetscOptionsLeftGet(parsed, &count, &keys, &values));  // all of them: nobody has read any
-    for (PetscInt i = 0; i < count; ++i) {
-      series.options.emplace_back(std::string{"-"} + keys[i],
-                                  values[i] != nullptr ? std::optional<std::string>{values[i]} : std::nullopt);
-    }
-    UDAR_CALL(PetscOptionsLeftRestore(parsed, &count, &keys, &values));
-    UDAR_CALL(PetscOptionsDestroy(&parsed));
-    for (const auto& [key, value] : series.options) {
-      if (key.starts_with("-study_") && key != std::string{"-"} + kRefine) {
-        throw InputError{"option -study_series: " + key + " is not allowed in a series"};
-      }
-    }
-    all.push_back(std::move(series));
-  }
-  if (all.empty()) {
-    throw InputError{"option -study_series: no series in '" + text + "'"};
-  }
-  return all;
-}
+std::vector<Series> read_series(const std::string& text);
 
 /// Products of the numbers that the options in force ask for: masses times filter frequency, over the step.
-inline double expected_cost() {
-  double cost = 1.0;
-  const auto number = [](const std::string& word, double otherwise) {
-    double value = 0.0;
-    const auto status = std::from_chars(word.data(), word.data() + word.size(), value).ec;
-    return status == std::errc{} && value > 0.0 && std::isfinite(value) ? value : otherwise;
-  };
-  double elements = 0.0;
-  for (const std::string& word : split(option_value("-beam_elements").value_or("20"), ',')) {
-    elements += number(word, 1.0);
-  }
-  cost *= elements * number(option_value("-filter_frequency").value_or(""), 1.0);
-  return cost / number(option_value("-ts_dt").value_or(""), 1.0);
-}
+double expected_cost();
 
 /// @brief All runs: every series over the grid of its axes. Finds the axes of the series first.
 /// @param[in] folder of the study; run 3 writes into folder/run-003
 /// @throws InputError
-inline std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& request, const std::string& folder) {
-  std::vector<PlannedRun> runs;
-  for (std::size_t number = 0; number < all.size(); ++number) {
-    Series& series = all[number];
-    const ScopedOptions in_force{series.options};
-    series.axes = find_axes(request);
-    std::vector<std::size_t> at(series.axes.size());
-    for (bool more = true; more;) {
-      std::size_t coarse = 0;
-      for (std::size_t a = 0; a < at.size(); ++a) {
-        coarse += at[a] + 1 < series.axes[a].values.size() ? 1 : 0;
-      }
-      if (request.design == Design::grid || coarse <= 1) {
-        PlannedRun run{.number = runs.size(), .series = number, .at = at, .options = series.options, .cost = 0.0};
-        std::erase_if(run.options, [](const auto& option) { return option.first == std::string{"-"} + kRefine; });
-        for (std::size_t a = 0; a < at.size(); ++a) {
-          const Axis& axis = series.axes[a];
-          const bool refine = axis.key == kRefine;
-          const std::string key = "-" + (refine ? std::string{"beam_elements"} : axis.key);
-          std::erase_if(run.options, [&key](const auto& option) { return option.first == key; });
-          run.options.emplace_back(key, refine ? refined(axis.values[at[a]]) : axis.values[at[a]]);
-        }
-        std::string digits = std::to_string(run.number);
-        digits.insert(0, digits.size() < 3 ? 3 - digits.size() : 0, '0');
-        run.options.emplace_back("-output_directory", folder + "/run-" + digits);
-        const ScopedOptions of_run{run.options};
-        run.cost = expected_cost();
-        runs.push_back(std::move(run));
-      }
-      more = false;  // the next point of the grid, the last axis fastest
-      for (std::size_t a = at.size(); a-- > 0 && !more;) {
-        more = ++at[a] < series.axes[a].values.size();
-        at[a] = more ? at[a] : 0;
-      }
-    }
-  }
-  for (const std::string& key : request.axes) {
-    const bool found = std::ranges::any_of(all, [&key](const Series& series) {
-      return std::ranges::find(series.axes, key, &Axis::key) != series.axes.end();
-    });
-    if (!found) {
-      throw InputError{"option -study_axes: -" + key +
-                       " has no list of several values, given to the study or a series"};
-    }
-  }
-  return runs;
-}
+std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& request, const std::string& folder);
 
 /// @brief Who runs what: the dearest run first, each to the group with the least to do. @return run numbers per group
-inline std::vector<std::vector<std::size_t>> deal(std::span<const PlannedRun> runs, std::size_t groups) {
-  std::vector<std::size_t> order(runs.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    order[i] = i;
-  }
-  std::ranges::sort(order, {}, [&runs](std::size_t i) { return std::pair{-runs[i].cost, i}; });
-  std::vector<std::vector<std::size_t>> dealt(groups);
-  std::vector<double> load(groups);
-  for (const std::size_t i : order) {
-    const auto least = static_cast<std::size_t>(std::ranges::min_element(load) - load.begin());
-    dealt[least].push_back(i);
-    load[least] += runs[i].cost;
-  }
-  return dealt;
-}
+std::vector<std::vector<std::size_t>> deal(std::span<const PlannedRun> runs, std::size_t groups);
 
 }  // namespace udar::study

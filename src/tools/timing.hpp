@@ -31,28 +31,7 @@ struct Timed {
 /// Takes samples of all in turn, so that they meet the same state of the machine.
 /// @param shortest seconds of a sample: well above the clock's and the barrier's; where ranks share cores, above the
 /// slices the kernel gives them
-inline void sample(MPI_Comm comm, const std::vector<Timed*>& all, long repeats, double shortest = 2e-5) {
-  for (Timed* timed : all) {
-    const double begin = MPI_Wtime();
-    timed->body();
-    double once = MPI_Wtime() - begin;
-    MPI_Allreduce(MPI_IN_PLACE, &once, 1, MPI_DOUBLE, MPI_MAX, comm);
-    timed->calls = static_cast<int>(std::clamp(shortest / once, 1.0, 1e4));
-    timed->samples.clear();
-  }
-  for (long repeat = 0; repeat < repeats; ++repeat) {
-    for (Timed* timed : all) {
-      MPI_Barrier(comm);
-      const double begin = MPI_Wtime();
-      for (int call = 0; call < timed->calls; ++call) {
-        timed->body();
-      }
-      double seconds = (MPI_Wtime() - begin) / timed->calls;
-      MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, comm);
-      timed->samples.push_back(seconds);
-    }
-  }
-}
+void sample(MPI_Comm comm, const std::vector<Timed*>& all, long repeats, double shortest = 2e-5);
 
 /// a = b + s c over vectors of the given length on every rank: 24 bytes a number (reading a before it is overwritten is
 /// not counted, as in STREAM).

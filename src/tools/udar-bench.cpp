@@ -16,12 +16,12 @@
 #include <utility>
 #include <vector>
 
-#include "batch.hpp"
-#include "integrators.hpp"
-#include "machine.hpp"
-#include "output.hpp"
-#include "quad_line.hpp"
-#include "timing.hpp"
+#include "tools/batch.hpp"
+#include "tools/integrators.hpp"
+#include "tools/machine.hpp"
+#include "tools/output.hpp"
+#include "tools/quad_line.hpp"
+#include "tools/timing.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/filter_choice.hpp"
 #include "udar/app/run.hpp"

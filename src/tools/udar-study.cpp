@@ -16,9 +16,9 @@
 #include <utility>
 #include <vector>
 
-#include "study_plan.hpp"
-#include "study_quantities.hpp"
-#include "study_report.hpp"
+#include "tools/study_plan.hpp"
+#include "tools/study_quantities.hpp"
+#include "tools/study_report.hpp"
 #include "udar/app/run.hpp"
 #include "udar/app/stop_signals.hpp"
 #include "udar/petsc/error.hpp"

@@ -1,0 +1,155 @@
+#include "tools/study_quantities.hpp"
+
+#include <mpi.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "udar/app/case.hpp"
+#include "udar/app/run.hpp"
+
+namespace udar::study {
+
+Sampler::Sampler(const app::Case& input, const BeamChain& beam, std::span<const double> mass)
+    : comm_{beam.comm()}, interval_{input.output.interval}, mass_{mass.begin(), mass.end()} {
+  std::array<double, 3> moments{};
+  const auto count = mass_.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    x_.push_back(beam.position(beam.begin() + static_cast<PetscInt>(i)));
+    moments[0] += mass_[i];
+    moments[1] += mass_[i] * x_[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, moments.data(), 2, MPI_DOUBLE, MPI_SUM, comm_);
+  total_ = moments[0];
+  const double centre = moments[1] / total_;
+  for (std::size_t i = 0; i < count; ++i) {
+    x_[i] -= centre;
+    moments[2] += mass_[i] * x_[i] * x_[i];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, comm_);
+  inertia_ = moments[2];
+  for (const double gauge : input.gauges) {
+    const PetscInt node = beam.nearest_node(gauge);
+    const bool here = beam.begin() <= node && node < beam.end();
+    gauge_.push_back(here ? node - beam.begin() : -1);
+    gauge_x_.push_back(beam.position(node) - centre);
+  }
+}
+
+void Sampler::snapshot(const Snapshot& state) {
+  const std::span<const double> position = state.values("mass_position");
+  const std::span<const double> velocity = state.values("mass_velocity");
+  const std::span<const double> line = state.values("line_position");
+  std::vector<double> sums(4 + gauge_.size());
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    sums[0] += mass_[i] * position[i];
+    sums[1] += mass_[i] * velocity[i];
+    sums[2] += mass_[i] * line[i];
+    sums[3] += mass_[i] * x_[i] * line[i];
+  }
+  for (std::size_t g = 0; g < gauge_.size(); ++g) {
+    sums[4 + g] = gauge_[g] >= 0 ? line[static_cast<std::size_t>(gauge_[g])] : 0.0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  Sample sample{.time = state.time,
+                .height = sums[0] / total_,
+                .velocity = sums[1] / total_,
+                .position = {sums.begin() + 4, sums.end()},
+                .deflection = {},
+                .energy = state.energy};
+  for (std::size_t g = 0; g < gauge_.size(); ++g) {
+    sample.deflection.push_back(sample.position[g] - sums[2] / total_ - sums[3] / inertia_ * gauge_x_[g]);
+  }
+  samples_.push_back(std::move(sample));
+}
+
+Rebound rebound(std::span<const Sample> samples, double first_contact, double gravity) {
+  // A beam that turns down again before it has a tenth of its impact speed is still in the same contact.
+  constexpr double kTurned = 0.1;
+  // In flight the speed is the same to the error of the integration, which is below this.
+  constexpr double kSame = 1e-6;
+  const auto after =
+      std::ranges::find_if(samples, [first_contact](const Sample& row) { return row.time > first_contact; });
+  if (after == samples.begin()) {
+    return {};
+  }
+  const Sample& before = *(after - 1);
+  const double fall = first_contact - before.time;
+  const double height = before.height + before.velocity * fall - 0.5 * gravity * fall * fall;
+  const double impact = before.velocity - gravity * fall;
+  const double away = impact > 0.0 ? -1.0 : 1.0;
+  const auto speed = [&](const Sample& row) {
+    const double squared = row.velocity * row.velocity + 2.0 * gravity * (row.height - height);
+    return away * row.velocity > 0.0 && squared > 0.0 ? std::sqrt(squared) : 0.0;
+  };
+  double best = 0.0;
+  bool turned = false;
+  auto end = after;
+  for (; end != samples.end() && !(turned && away * end->velocity <= 0.0); ++end) {
+    turned = turned || away * end->velocity > kTurned * std::abs(impact);
+    best = std::max(best, speed(*end));
+  }
+  if (best == 0.0) {
+    return {};
+  }
+  const auto reached = std::find_if(after, end, [&](const Sample& row) { return speed(row) >= (1.0 - kSame) * best; });
+  return {.velocity = away * best, .contact_time = reached->time - first_contact};
+}
+
+std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summary, const Sampler& sampler) {
+  const std::span<const Sample> samples{sampler.samples()};
+  std::vector<Quantity> all;
+  const auto add = [&all](std::string name, const char* unit, std::optional<double> value, bool compared = true) {
+    all.push_back({.name = std::move(name), .unit = unit, .value = value, .compared = compared});
+  };
+  double impulse = 0.0;
+  for (const double one : summary.support_impulse) {
+    impulse += one;
+  }
+  const Rebound back =
+      summary.first_contact_time ? rebound(samples, *summary.first_contact_time, input.gravity) : Rebound{};
+  add("impulse", "N s", impulse);
+  add("rebound_velocity", "m/s", back.velocity);
+  add("contact_time", "s", back.contact_time, false);  // known to a row of the output
+  add("penetration", "m", summary.min_line_gap ? std::optional{std::max(0.0, -*summary.min_line_gap)} : std::nullopt);
+  std::vector<double> up;
+  std::vector<double> down;
+  for (std::size_t g = 0; g < input.gauges.size() && !samples.empty(); ++g) {
+    up.push_back(largest(samples, [g](const Sample& row) { return row.deflection[g]; }));
+    down.push_back(-largest(samples, [g](const Sample& row) { return -row.deflection[g]; }));
+  }
+  const bool gauges = !up.empty();
+  add("deflection_down", "m", gauges ? std::optional{*std::ranges::min_element(down)} : std::nullopt);
+  add("deflection_up", "m", gauges ? std::optional{*std::ranges::max_element(up)} : std::nullopt);
+  if (!samples.empty()) {
+    const Sample& end = samples.back();
+    const double centre = 0.5 * sampler.mass() * end.velocity * end.velocity;
+    add("energy_centre", "J", centre);
+    add("energy_vibration", "J", end.energy.kinetic - centre + end.energy.line_strain);
+    add("energy_springs", "J", end.energy.fictitious_springs);
+    add("energy_lost", "J", end.energy.lost_in_impacts);
+  }
+  for (std::size_t i = 0; i < summary.support_impulse.size(); ++i) {
+    add("impulse_" + std::to_string(i), "N s", summary.support_impulse[i]);
+  }
+  for (std::size_t g = 0; g < up.size(); ++g) {
+    const std::string gauge = "gauge_" + std::to_string(g);
+    add(gauge + "_lowest", "m", -largest(samples, [g](const Sample& row) { return -row.position[g]; }));
+    add(gauge + "_down", "m", down[g]);
+    add(gauge + "_up", "m", up[g]);
+  }
+  add("impacts", "-", static_cast<double>(summary.impacts), false);
+  add("steps", "-", static_cast<double>(summary.steps), false);
+  add("line_solves", "-", static_cast<double>(summary.stepping_line_solves - summary.row_line_solves), false);
+  add("energy_drift", "-", summary.energy_drift, false);
+  add("wall_seconds", "s", summary.wall_seconds.at("stepping"), false);
+  return all;
+}
+
+}  // namespace udar::study
