@@ -35,7 +35,7 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
   if (line_contact_ && damping.stiffness > 0.0) {
     throw InputError{
         "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "
-        "the rate of the line, by which it pulls, jumps where the line is held"};
+        "it is the damping of the free line, and no integrator solves for it and for contact forces in one iteration"};
   }
   axis_ = reference_axis(line.points(), initial);
   displacement_.resize(axis_.size());

@@ -9,11 +9,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -508,30 +506,78 @@ void check_journal(const local::Problem& problem, const local::Outcome& outcome,
   EXPECT_LE(outcome.impacts, local::kMostImpacts + kMostAfterRest);
 }
 
-long asked(long otherwise) {
-  const char* text = std::getenv("UDAR_LOCAL_PROBLEMS");
-  return text == nullptr ? otherwise : std::atol(text);
-}
-
 int failures() { return ::testing::UnitTest::GetInstance()->current_test_info()->result()->total_part_count(); }
 
-TEST(LocalMotion, FollowsASlowReference) {
-  const auto begun = std::chrono::steady_clock::now();
-  const long problems = asked(20000);
-  Source source(20260802);
-  long compared = 0;
-  long marginal = 0;
-  long cut = 0;
-  int most = 0;
+/// The largest deviations from the reference, of the scale of the problem.
+struct Deviations {
   double displacement = 0.0;
   double velocity = 0.0;
   double moment = 0.0;
   double release = 0.0;
-  double sample = 0.0;
+  double between = 0.0;
+};
+
+/// The motion up to instants within the step is that of the whole step.
+void check_between(const Drawn& drawn, const Reference& reference, const std::array<double, kSamples>& samples,
+                   Deviations& largest) {
+  const bool strict = !reference.marginal && !reference.cut;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    local::Problem part = drawn.problem;
+    part.until = samples[k];
+    const local::Outcome there = local::advance(part);
+    check_end(part, there, drawn.scale);
+    if (strict) {
+      const double apart = std::abs(there.displacement - static_cast<double>(reference.sampled[k])) / drawn.scale;
+      raise(largest.between, apart);
+      EXPECT_LE(apart, 1e-9) << "at " << samples[k];
+    }
+  }
+}
+
+void compare_end(const Drawn& drawn, const local::Outcome& outcome, const Reference& reference, Deviations& largest) {
+  EXPECT_EQ(outcome.impacts, reference.impacts);
+  EXPECT_EQ(outcome.resting, reference.resting);
+  const double off = std::abs(outcome.displacement - static_cast<double>(reference.displacement)) / drawn.scale;
+  const double faster = std::abs(outcome.velocity - static_cast<double>(reference.velocity)) / drawn.scale;
+  raise(largest.displacement, off);
+  raise(largest.velocity, faster);
+  EXPECT_LE(off, 1e-9);
+  EXPECT_LE(faster, 1e-9);
+  for (std::size_t j = 0; j < drawn.problem.terms; ++j) {
+    const double apart = std::abs(outcome.moments[j] - static_cast<double>(reference.moments[j])) / drawn.scale;
+    raise(largest.moment, apart);
+    EXPECT_LE(apart, 1e-8) << "moment " << j;
+  }
+}
+
+void compare_releases(const std::vector<Event>& events, const Reference& reference, Deviations& largest) {
+  std::size_t releases = 0;
+  for (const Event& event : events) {
+    if (event.kind == 'l') {
+      if (releases < reference.releases.size()) {
+        const double apart = std::abs(event.tau - static_cast<double>(reference.releases[releases]));
+        raise(largest.release, apart);
+        EXPECT_LE(apart, 1e-9) << "release";
+      }
+      ++releases;
+    }
+  }
+  EXPECT_EQ(releases, reference.releases.size());
+}
+
+TEST(LocalMotion, FollowsASlowReference) {
+  constexpr int kProblems = 20000;
+  constexpr int kMostTold = 10;
+  Source source(20260802);
+  int compared = 0;
+  int marginal = 0;
+  int cut = 0;
+  int most = 0;
   int told = 0;
   int failed = 0;
+  Deviations largest;
   std::vector<Event> events;
-  for (long i = 0; i < problems && told < 10; ++i) {
+  for (int i = 0; i < kProblems && told < kMostTold; ++i) {
     const Drawn drawn = draw(source);
     const local::Problem& problem = drawn.problem;
     std::array<double, kSamples> samples{};
@@ -546,18 +592,7 @@ TEST(LocalMotion, FollowsASlowReference) {
     check_end(problem, outcome, drawn.scale);
     check_journal(problem, outcome, events, drawn.scale);
     const Reference reference(problem, drawn.scale, samples);
-    const bool strict = !reference.marginal && !reference.cut;
-    for (std::size_t k = 0; k < kSamples; ++k) {
-      local::Problem part = problem;
-      part.until = samples[k];
-      const local::Outcome there = local::advance(part);
-      check_end(part, there, drawn.scale);
-      if (strict) {
-        const double apart = std::abs(there.displacement - static_cast<double>(reference.sampled[k])) / drawn.scale;
-        raise(sample, apart);
-        EXPECT_LE(apart, 1e-9) << "at " << samples[k];
-      }
-    }
+    check_between(drawn, reference, samples, largest);
     if (reference.marginal) {
       ++marginal;
     } else if (reference.cut) {
@@ -565,44 +600,21 @@ TEST(LocalMotion, FollowsASlowReference) {
       EXPECT_GT(outcome.impacts, kMostCompared);
     } else {
       ++compared;
-      EXPECT_EQ(outcome.impacts, reference.impacts);
-      EXPECT_EQ(outcome.resting, reference.resting);
-      const double off = std::abs(outcome.displacement - static_cast<double>(reference.displacement)) / drawn.scale;
-      const double faster = std::abs(outcome.velocity - static_cast<double>(reference.velocity)) / drawn.scale;
-      raise(displacement, off);
-      raise(velocity, faster);
-      EXPECT_LE(off, 1e-9);
-      EXPECT_LE(faster, 1e-9);
-      for (std::size_t j = 0; j < problem.terms; ++j) {
-        const double apart = std::abs(outcome.moments[j] - static_cast<double>(reference.moments[j])) / drawn.scale;
-        raise(moment, apart);
-        EXPECT_LE(apart, 1e-8) << "moment " << j;
-      }
-      std::size_t releases = 0;
-      for (const Event& event : events) {
-        if (event.kind == 'l') {
-          if (releases < reference.releases.size()) {
-            const double apart = std::abs(event.tau - static_cast<double>(reference.releases[releases]));
-            raise(release, apart);
-            EXPECT_LE(apart, 1e-9) << "release";
-          }
-          ++releases;
-        }
-      }
-      EXPECT_EQ(releases, reference.releases.size());
+      compare_end(drawn, outcome, reference, largest);
+      compare_releases(events, reference, largest);
     }
     if (const int now = failures(); now > failed) {
       failed = now;
       ++told;
-      std::printf("problem %ld: %s\n", i, describe(problem).c_str());
+      std::printf("problem %d: %s\n", i, describe(problem).c_str());
     }
   }
-  EXPECT_LT(static_cast<double>(marginal), 0.02 * static_cast<double>(problems));
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
+  EXPECT_LT(marginal, 0.02 * kProblems);
   std::printf(
-      "%ld compared, %ld marginal, %ld of more than %d impacts (most %d), %.1f s\n"
+      "%d compared, %d marginal, %d of more than %d impacts (most %d)\n"
       "largest deviations: displacement %.2g, velocity %.2g, moments %.2g, release %.2g, between %.2g\n",
-      compared, marginal, cut, kMostCompared, most, spent.count(), displacement, velocity, moment, release, sample);
+      compared, marginal, cut, kMostCompared, most, largest.displacement, largest.velocity, largest.moment,
+      largest.release, largest.between);
 }
 
 /// Nothing presses it on either stop: its speed is taken all the same.
@@ -656,11 +668,11 @@ TEST(LocalMotion, ReferenceFollowsTheClosedForm) {
 }
 
 TEST(LocalMotion, FirstZeroPassesNone) {
-  const long polynomials = asked(20000);
+  constexpr long kPolynomials = 20000;
   Source source(11);
   double deepest = 0.0;
   double early = 0.0;
-  for (long i = 0; i < polynomials; ++i) {
+  for (long i = 0; i < kPolynomials; ++i) {
     const std::size_t count = 2 + below(source, 7);
     const double end = std::pow(10.0, uniform(source, -3.0, 0.0));
     std::array<double, 8> c{};
@@ -720,14 +732,14 @@ TEST(LocalMotion, FirstZeroPassesNone) {
 
 TEST(LocalMotion, LanesDoAsOneMassAlone) {
   Source source{11};
-  const long trials = asked(4000);
+  constexpr long kTrials = 4000;
   long solved = 0;
   long impacts = 0;
   long rests = 0;
   long left = 0;
   long grazing = 0;
   double worst = 0.0;
-  for (long trial = 0; trial < trials; ++trial) {
+  for (long trial = 0; trial < kTrials; ++trial) {
     local::Batch batch;
     std::array<Drawn, local::kLanes> drawn;
     const Drawn first = draw(source);
@@ -797,7 +809,7 @@ TEST(LocalMotion, LanesDoAsOneMassAlone) {
   EXPECT_GT(solved, 4 * left);
   EXPECT_GT(impacts, solved / 5);
   EXPECT_GT(rests, 0);
-  EXPECT_LT(grazing, trials / 1000 + 10);
+  EXPECT_LT(grazing, kTrials / 1000 + 10);
 }
 
 TEST(LocalMotion, EndsWhateverItIsGiven) {
