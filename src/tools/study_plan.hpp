@@ -80,8 +80,8 @@ struct Request {
   Design design = Design::grid;
 };
 
-constexpr const char* kRefine = "study_refine";
-constexpr std::array kAxisKeys{"filter_frequency", "beam_elements", kRefine, "ts_rtol", "ts_dt"};
+inline constexpr const char* kRefine = "study_refine";
+inline constexpr std::array kAxisKeys{"filter_frequency", "beam_elements", kRefine, "ts_rtol", "ts_dt"};
 
 /// Sorts the values of an axis from coarse to fine. @throws InputError
 Axis make_axis(const std::string& key, const std::string& list);

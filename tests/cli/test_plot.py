@@ -13,7 +13,6 @@ import matplotlib.image
 import numpy as np
 
 TOOL = os.environ.get("UDAR_PLOT") or str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / "udar-plot.py")
-FONTS = tempfile.TemporaryDirectory()  # what Matplotlib knows of fonts takes it seconds to find out: once
 ONE_RUN = ("gauges", "energy", "contacts", "deflection", "impulses", "forces", "envelope")
 SEVERAL_RUNS = ("gauges", "energy", "contacts")
 GRAVITY, DROP, LENGTH, MASS = 9.81, 1.0, 10.0, 2466.15
@@ -156,7 +155,7 @@ class PlotTest(unittest.TestCase):
 
     def run_tool(self, *arguments):
         return subprocess.run([TOOL, *map(str, arguments)], cwd=self.here, capture_output=True, text=True, timeout=120,
-                              env={**os.environ, "MPLCONFIGDIR": FONTS.name})
+                              env={**os.environ, "MPLCONFIGDIR": str(self.here / "mpl")})
 
     def draw(self, *arguments):
         """Runs the tool, checks that it printed exactly the files it wrote; returns them by name and what it noted."""
