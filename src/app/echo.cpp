@@ -90,7 +90,8 @@ std::optional<double> expected_contact(const Case& input, const BeamChain& beam)
   }
   const MassState masses = initial_masses(beam.points(), input.initial);
   double first = kNever;
-  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
+  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  for (const ContactSet& run : contacts.sets) {
     const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
       const double gap = run.side * (masses.position[node] - run.height(node) - lift);
@@ -149,7 +150,8 @@ void warn_of_implausible(const Case& input, const BeamChain& beam) {
   }
   double highest = 0.0;
   const MassState masses = initial_masses(beam.points(), input.initial);
-  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
+  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  for (const ContactSet& run : contacts.sets) {
     for (std::size_t node = run.first; node < run.last; ++node) {
       highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));
     }

@@ -47,6 +47,17 @@ double way_to_support(const Case& input, double x) {
 
 }  // namespace
 
+BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support) {
+  if (std::isinf(support.width)) {
+    return {.first = 0, .last = beam.elements()};
+  }
+  if (support.width == 0.0) {
+    const PetscInt node = beam.nearest_node(support.position);
+    return {.first = node, .last = node};
+  }
+  return beam.nodes_within(support.from(), support.to());
+}
+
 std::vector<Placed> placed_at_nodes(const Case& input, const BeamChain& beam) {
   std::vector<Placed> all;
   const auto add = [&](const char* name, std::size_t index, double asked) {

@@ -59,7 +59,8 @@ SupportSprings support_springs(const FilteredStructure& line, const Case& input)
   const MassState masses = initial_masses(beam.points(), input.initial);
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
-  for (const ContactSet& run : find_contact_sets(beam, input.supports)) {
+  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  for (const ContactSet& run : contacts.sets) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
       drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
@@ -221,7 +222,8 @@ void print_warnings(const Case& input, const FilteredStructure& line, const std:
                 2.0 / line.filter_frequency(), angle, modes.front().frequency);
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
-  for (const ContactSet& run : find_contact_sets(line.beam(), input.supports)) {
+  const Contacts contacts = find_contacts(line.points(), input.supports);
+  for (const ContactSet& run : contacts.sets) {
     fastest = input.contact.surface == ContactSurface::mass ? std::max(fastest, run.stiffness) : 0.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, comm);

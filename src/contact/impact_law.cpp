@@ -4,10 +4,10 @@
 
 namespace udar {
 
-ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance, double yield_speed) {
+ContactOutcome resolve_contact(const TouchingMass& mass, const ImpactLaw& law, double hop_tolerance) {
   ContactOutcome outcome{.velocity = std::max(mass.velocity, 0.0), .impact = mass.velocity < 0.0};
   if (outcome.impact) {
-    outcome.velocity = -falling_restitution(restitution, yield_speed, -mass.velocity) * mass.velocity;
+    outcome.velocity = law.after(mass.velocity);
   }
   const double hop = outcome.velocity * outcome.velocity;  // times 1 / (2 |a|)
   if (mass.acceleration <= mass.resolution && hop <= std::max(0.0, -2.0 * mass.acceleration * hop_tolerance)) {

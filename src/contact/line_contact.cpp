@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 #include "udar/petsc/error.hpp"
@@ -17,38 +18,62 @@ constexpr std::size_t kColumns = 4;  // line solves side by side
 constexpr std::size_t kDenseInAll = 2000;
 
 /// Whether a matrix of all pairs of contact nodes is too much, or a support too wide for pivoting.
-bool are_many(const BeamChain& beam, const std::vector<Support>& supports, std::size_t under_one) {
+bool are_many(const Contacts& contacts, std::size_t under_one) {
   std::size_t all = 0;
   std::size_t widest = 0;
-  for (const Support& support : supports) {
-    const auto [first, last] = touched_nodes(beam, support);
-    const auto count = static_cast<std::size_t>(last - first) + 1;
+  for (const PetscInt touched : contacts.touched) {
+    const auto count = static_cast<std::size_t>(touched);
     all += count;
     widest = std::max(widest, count);
   }
   return all > kDenseInAll || widest > under_one;
 }
 
-/// In the order of the supports, then of the nodes, of which those from `first` to `last` count.
-std::vector<LinePoint> contact_points(const BeamChain& beam, const std::vector<Support>& supports, PetscInt first,
-                                      PetscInt last) {
-  std::vector<LinePoint> points;
-  for (std::size_t index = 0; index < supports.size(); ++index) {
-    const Support& support = supports[index];
-    const BeamChain::NodeRange touched = touched_nodes(beam, support);
-    const double carried = support.elastic() ? beam.mass_of(touched) : 0.0;
-    for (PetscInt node = std::max(first, touched.first); node <= std::min(last, touched.last); ++node) {
-      if (!beam.fixed(node)) {
-        points.push_back({.node = node,
-                          .support = static_cast<PetscInt>(index),
-                          .side = static_cast<double>(support.side),
-                          .height = support.height_at(beam.position(node)),
-                          .motion = support.motion,
-                          .compliance = carried / (support.stiffness * beam.mass(node))});
-      }
+/// This rank's, by support, then by node.
+std::vector<LinePoint> contact_points(const MassPoints& points, const Contacts& contacts) {
+  std::vector<LinePoint> all;
+  for (const ContactSet& set : contacts.sets) {
+    const Support& support = contacts.supports[static_cast<std::size_t>(set.support)];
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      all.push_back({.node = points.global(node),
+                     .support = set.support,
+                     .side = set.side,
+                     .height = set.height(node),
+                     .motion = set.motion,
+                     .compliance = set.carried / (support.stiffness * points.mass()[node])});
     }
   }
-  return points;
+  return all;
+}
+
+/// Those of all ranks, in the order of these.
+std::vector<LinePoint> gathered(MPI_Comm comm, const Contacts& contacts, const std::vector<LinePoint>& own) {
+  enum Field : std::size_t { node, support, height, compliance, fields };
+  std::vector<double> mine;
+  for (const LinePoint& point : own) {
+    mine.insert(mine.end(),
+                {static_cast<double>(point.node), static_cast<double>(point.support), point.height, point.compliance});
+  }
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  const auto count = static_cast<int>(mine.size());
+  std::vector<int> counts(static_cast<std::size_t>(size));
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::vector<int> starts(counts.size(), 0);
+  std::partial_sum(counts.begin(), counts.end() - 1, starts.begin() + 1);
+  std::vector<double> values(static_cast<std::size_t>(starts.back() + counts.back()));
+  MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, values.data(), counts.data(), starts.data(), MPI_DOUBLE, comm);
+  std::vector<LinePoint> all;
+  for (std::size_t i = 0; i < values.size(); i += fields) {
+    const Support& of = contacts.supports[static_cast<std::size_t>(values[i + support])];
+    all.push_back({.node = static_cast<PetscInt>(values[i + node]),
+                   .support = static_cast<PetscInt>(values[i + support]),
+                   .side = static_cast<double>(of.side),
+                   .height = values[i + height],
+                   .motion = of.motion,
+                   .compliance = values[i + compliance]});
+  }
+  return all;
 }
 
 /// What supports can do to masses alone.
@@ -67,16 +92,17 @@ void refuse_what_masses_need(const Support& support) {
 
 }  // namespace
 
-LineContact::LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points)
-    : line_{&line} {
-  const BeamChain& beam = line.beam();
-  static_cast<void>(find_contact_sets(beam, supports));  // all is well with them
-  std::ranges::for_each(supports, refuse_what_masses_need);
-  const bool many = are_many(beam, supports, dense_points);
-  points_ = contact_points(beam, supports, many ? beam.begin() : 0, many ? beam.end() - 1 : beam.nodes() - 1);
+LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points) : line_{&line} {
+  const MassPoints& points = line.points();
+  std::ranges::for_each(contacts.supports, refuse_what_masses_need);
+  const bool many = are_many(contacts, dense_points);
+  points_ = contact_points(points, contacts);
+  if (!many) {
+    points_ = gathered(points.comm(), contacts, points_);
+  }
   std::ranges::stable_sort(points_, {}, &LinePoint::node);  // neighbours on the line are neighbours in the matrix
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].node >= beam.begin() && points_[i].node < beam.end()) {
+    if (points.owns(points_[i].node)) {
       mine_.push_back(i);
     }
   }
@@ -134,14 +160,14 @@ void LineContact::sum(std::vector<double>& values) const {
   }
   const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM,
-                line_->beam().comm());
+                line_->points().comm());
 }
 
 void LineContact::add(std::span<const double> force, std::span<double* const> stretch,
                       std::span<double* const> moment) {
   int any = std::ranges::any_of(force, [](double value) { return value != 0.0; }) ? 1 : 0;
   if (!dense()) {
-    MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, line_->beam().comm());
+    MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, line_->points().comm());
   }
   if (any == 0) {
     return;

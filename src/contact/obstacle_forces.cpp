@@ -113,7 +113,7 @@ struct ObstacleForces::Callbacks {
         sum += x.values()[i] * (0.5 * g.values()[i] + self.q_[i]);
         g.values()[i] += self.q_[i];
       }
-      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, self.line_->beam().comm());
+      MPI_Allreduce(MPI_IN_PLACE, &sum, 1, MPI_DOUBLE, MPI_SUM, self.line_->points().comm());
       *value = sum;
     }));
     PetscFunctionReturn(0);
@@ -165,7 +165,7 @@ ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoin
 ObstacleForces::~ObstacleForces() = default;
 
 void ObstacleForces::create_optimizer() {
-  const MPI_Comm comm = line_->beam().comm();
+  const MPI_Comm comm = line_->points().comm();
   const auto count = static_cast<PetscInt>(node_.size());
   UDAR_CALL(VecCreateMPI(comm, count, PETSC_DETERMINE, unknowns_.put()));
   for (petsc::Vector* vector : {&lower_, &upper_, &multiplier_, &upper_multiplier_}) {
@@ -231,7 +231,7 @@ double ObstacleForces::beside(std::size_t point) const { return std::max(diagona
 /// ground, so that it tells how far they are stretched without a difference.
 void ObstacleForces::factor() {
   int changed = factored_ == diagonal_ && shifted_ != nullptr ? 0 : 1;
-  MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_LOR, line_->beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, &changed, 1, MPI_INT, MPI_LOR, line_->points().comm());
   if (changed == 0) {
     return;  // predictor and corrector share a matrix
   }
@@ -299,7 +299,7 @@ void ObstacleForces::test_convergence() {
     for (std::size_t i = 0; i < node_.size(); ++i) {
       gap += force.values()[i] > rounding ? force.values()[i] * distance.values()[i] : 0.0;
     }
-    MPI_Allreduce(MPI_IN_PLACE, &gap, 1, MPI_DOUBLE, MPI_SUM, line_->beam().comm());
+    MPI_Allreduce(MPI_IN_PLACE, &gap, 1, MPI_DOUBLE, MPI_SUM, line_->points().comm());
   }
   const double relative = std::abs(gap / objective);
   history_.push_back(relative);
@@ -316,7 +316,7 @@ void ObstacleForces::test_convergence() {
 
 /// The conditions, from a line solve with the forces as they are; what is wrong, if anything.
 std::string ObstacleForces::check(std::span<const double> asked, std::span<double> force) {
-  const MPI_Comm comm = line_->beam().comm();
+  const MPI_Comm comm = line_->points().comm();
   {
     const petsc::ReadArray solution{unknowns_};
     const petsc::ReadArray distance{multiplier_};
@@ -353,7 +353,7 @@ std::string ObstacleForces::check(std::span<const double> asked, std::span<doubl
 }
 
 bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force) {
-  const MPI_Comm comm = line_->beam().comm();
+  const MPI_Comm comm = line_->points().comm();
   std::array<double, 2> most{0.0, 0.0};  // penetration, not a number
   for (const double value : gap) {
     most[0] = std::max(most[0], -value);

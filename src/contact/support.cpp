@@ -17,74 +17,105 @@ void require(bool condition, const char* quantity, double value, const std::stri
   }
 }
 
-}  // namespace
-
-BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support) {
-  if (std::isinf(support.width)) {
-    return {.first = 0, .last = beam.elements()};
-  }
-  if (support.width == 0.0) {
-    const PetscInt node = beam.nearest_node(support.position);
-    return {.first = node, .last = node};
-  }
-  return beam.nodes_within(support.from(), support.to());
+void require_sound(const MassPoints& points, const Support& support) {
+  require_on("support position", support.position, points.extent());
+  require(support.width >= 0.0, "support width", support.width, "a number >= 0 [m]");
+  require(std::isfinite(support.height), "support height", support.height, "a finite number [m]");
+  require(support.restitution >= 0.0 && support.restitution <= 1.0, "contact restitution", support.restitution,
+          "a number from 0 to 1");
+  require(support.yield_speed > 0.0, "support yield speed", support.yield_speed, "a number > 0 or inf [m/s]");
 }
 
-std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vector<Support>& supports) {
-  std::vector<ContactSet> runs;
+bool overlap(const PointRows& left, const PointRows& right) {
+  return std::ranges::any_of(left.rows, [&](const PointRows::Row& own) {
+    return std::ranges::any_of(
+        right.rows, [&](const PointRows::Row& other) { return own.first < other.last && other.first < own.last; });
+  });
+}
+
+/// Supports that move or give way have their points for themselves, on their side.
+void require_apart(MPI_Comm comm, const std::vector<Support>& supports, const std::vector<PointRows>& touched) {
+  if (std::ranges::all_of(supports, &Support::plain)) {
+    return;
+  }
+  auto first = static_cast<PetscInt>(supports.size());  // the first that shares points with one before it
   for (std::size_t index = 0; index < supports.size(); ++index) {
-    const Support& support = supports[index];
-    require_on("support position", support.position, beam.points().extent());
-    require(support.width >= 0.0, "support width", support.width, "a number >= 0 [m]");
-    require(std::isfinite(support.height), "support height", support.height, "a finite number [m]");
-    require(support.restitution >= 0.0 && support.restitution <= 1.0, "contact restitution", support.restitution,
-            "a number from 0 to 1");
-    require(support.yield_speed > 0.0, "support yield speed", support.yield_speed, "a number > 0 or inf [m/s]");
-    const BeamChain::NodeRange touched = touched_nodes(beam, support);
-    const auto [first, last] = touched;
-    require(first <= last, "support width", support.width,
+    for (std::size_t other = 0; other < index; ++other) {
+      const bool plain = supports[index].plain() && supports[other].plain();
+      if (!plain && supports[index].side == supports[other].side && overlap(touched[index], touched[other])) {
+        first = std::min(first, static_cast<PetscInt>(index));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm);
+  require(first == static_cast<PetscInt>(supports.size()), "support position",
+          first < static_cast<PetscInt>(supports.size()) ? supports[static_cast<std::size_t>(first)].position : 0.0,
+          "no other support on its side at its nodes, as one of them moves or gives way; floor and ground count");
+}
+
+/// The rows of a support without the points that never move.
+void add_sets(const MassPoints& points, const Support& support, PetscInt index, const PointRows& touched,
+              std::vector<ContactSet>& sets) {
+  const double carried = support.elastic() ? touched.mass : 0.0;
+  const auto add = [&](std::size_t first, std::size_t last) {
+    if (first == last) {
+      return;
+    }
+    ContactSet& set = sets.emplace_back(ContactSet{.first = first,
+                                                   .last = last,
+                                                   .support = index,
+                                                   .side = static_cast<double>(support.side),
+                                                   .level = support.height,
+                                                   .law = support.law(),
+                                                   .profile = {},
+                                                   .motion = support.motion,
+                                                   .carried = carried,
+                                                   .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
+                                                   .damping = support.elastic() ? support.damping / carried : 0.0});
+    for (std::size_t point = first; point < last && !support.profile.x.empty(); ++point) {
+      set.profile.push_back(support.height_at(points.place(point).x));
+    }
+  };
+  for (const auto& [first, last] : touched.rows) {
+    std::size_t from = first;
+    for (std::size_t point = first; point < last; ++point) {
+      if (points.fixed(point)) {
+        add(from, point);
+        from = point + 1;
+      }
+    }
+    add(from, last);
+  }
+}
+
+}  // namespace
+
+PointRows touched_points(const MassPoints& points, const Support& support) {
+  if (std::isinf(support.width)) {
+    return points.all();
+  }
+  return support.width == 0.0 ? points.single(points.nearest({.x = support.position}))
+                              : points.within(support.from(), support.to());
+}
+
+Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) {
+  std::vector<PointRows> touched;
+  for (const Support& support : supports) {
+    require_sound(points, support);
+    touched.push_back(touched_points(points, support));
+    require(touched.back().count > 0, "support width", support.width,
             "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
     require(support.stiffness > 0.0, "support stiffness", support.stiffness, "a number > 0 or inf [N/m]");
     require(support.damping >= 0.0 && std::isfinite(support.damping), "support damping", support.damping,
             "a number >= 0 [N s/m]");
-    for (std::size_t other = 0; other < index; ++other) {
-      const bool plain = !support.motion && !support.elastic() && !supports[other].motion && !supports[other].elastic();
-      const auto nodes = touched_nodes(beam, supports[other]);
-      require(plain || support.side != supports[other].side || nodes.last < first || last < nodes.first,
-              "support position", support.position,
-              "no other support on its side at its nodes, as one of them moves or gives way; floor and ground count");
-    }
-    const double carried = support.elastic() ? beam.mass_of(touched) : 1.0;
-    const auto add = [&](PetscInt from, PetscInt to) {  // global nodes, `to` not included
-      if (from < to) {
-        ContactSet& run =
-            runs.emplace_back(ContactSet{.first = static_cast<std::size_t>(from - beam.begin()),
-                                         .last = static_cast<std::size_t>(to - beam.begin()),
-                                         .support = static_cast<PetscInt>(index),
-                                         .side = static_cast<double>(support.side),
-                                         .level = support.height,
-                                         .restitution = support.restitution,
-                                         .yield_speed = support.yield_speed,
-                                         .profile = {},
-                                         .motion = support.motion,
-                                         .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
-                                         .damping = support.elastic() ? support.damping / carried : 0.0});
-        for (PetscInt node = from; node < to && !support.profile.x.empty(); ++node) {
-          run.profile.push_back(support.height_at(beam.position(node)));
-        }
-      }
-    };
-    PetscInt from = std::max(first, beam.begin());
-    const PetscInt end = std::min(last + 1, beam.end());
-    for (PetscInt node = from; node < end; ++node) {
-      if (beam.fixed(node)) {  // its mass never moves
-        add(from, node);
-        from = node + 1;
-      }
-    }
-    add(from, end);
   }
-  return runs;
+  require_apart(points.comm(), supports, touched);
+  Contacts contacts{.supports = std::move(supports), .touched = {}, .sets = {}};
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    contacts.touched.push_back(touched[i].count);
+    add_sets(points, contacts.supports[i], static_cast<PetscInt>(i), touched[i], contacts.sets);
+  }
+  return contacts;
 }
 
 }  // namespace udar

@@ -85,12 +85,11 @@ void restore_contact(const MotionState& state, std::size_t nodes, ContactState& 
 
 ImpactDynamics::ImpactDynamics(Model& model)
     : model_{&model},
-      near_{find_contact_sets(model.beam, model.supports)},
       problem_{.equations = &model.equations,
                .contact = &contact_,
-               .scale = motion_scale(model.equations, model.initial, near_, asked_end_time())},
-      contact_{model.beam, model.line.mass(), model.supports, with_defaults(model.contact, problem_.scale)},
-      kinks_{model.loads, model.supports},
+               .scale = motion_scale(model.equations, model.initial, model.contacts.sets, asked_end_time())},
+      contact_{model.beam.points(), model.contacts, with_defaults(model.contact, problem_.scale)},
+      kinks_{model.loads, model.contacts.supports},
       balance_{model.equations, contact_, kinks_},
       state_{place_masses(model.initial)},
       stepping_{configure_stepping(problem_, state_)},
@@ -104,10 +103,11 @@ ImpactDynamics::ImpactDynamics(Model& model)
 /// The state of the TS at the start, masses on their own side of every support.
 petsc::Vector ImpactDynamics::place_masses(const InitialState& initial) {
   const MassState masses = initial_masses(model_->beam.points(), initial);
-  refuse_overlap(model_->beam, contact_, near_, masses);
+  refuse_overlap(model_->beam.points(), contact_, model_->contacts.sets, masses);
   contact_.measure(problem_.scale.length);
   petsc::Vector state;
-  UDAR_CALL(VecCreateMPI(model_->beam.comm(), static_cast<PetscInt>(2 * count()), PETSC_DETERMINE, state.put()));
+  UDAR_CALL(
+      VecCreateMPI(model_->beam.points().comm(), static_cast<PetscInt>(2 * count()), PETSC_DETERMINE, state.put()));
   const WriteArray access{state};
   std::ranges::copy(masses.position, access.values());
   std::ranges::copy(masses.velocity, access.values() + count());
@@ -142,12 +142,12 @@ void ImpactDynamics::jump_loads(double begin) {
 bool ImpactDynamics::stop_between_rows(PetscInt rows) const {
   constexpr PetscInt kMostRows = 64;
   constexpr PetscInt kMostNodes = 2000000;  // some tenths of a second for the rows of so many nodes together
-  const PetscInt every = std::clamp(kMostNodes / model_->beam.nodes(), PetscInt{1}, kMostRows);
+  const PetscInt every = std::clamp(kMostNodes / model_->beam.points().total(), PetscInt{1}, kMostRows);
   if (!stop_requested_ || rows == 0 || rows % every != 0) {
     return false;
   }
   int stop = stop_requested_() ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &stop, 1, MPI_INT, MPI_MAX, model_->beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &stop, 1, MPI_INT, MPI_MAX, model_->beam.points().comm());
   return stop != 0;
 }
 
@@ -189,7 +189,7 @@ ToleratedError ImpactDynamics::tolerated_error() const {
   ToleratedError tolerated{.share = stepping_.tolerance};
   if (!stepping_.integrator->fixed_step()) {
     const double error = static_cast<double>(steps_) * stepping_.tolerance * problem_.scale.velocity;
-    tolerated.energy = kMargin * model_->beam.total_mass() * error * error;
+    tolerated.energy = kMargin * model_->beam.points().total_mass() * error * error;
   }
   return tolerated;
 }
@@ -267,7 +267,7 @@ void ImpactDynamics::settle_at_start() {
     model_->equations.evaluate(time_, position, line, true);
     balance_.start(line, position, {state.values() + count(), count()});
     const std::vector<double> stretch = model_->equations.line_stretch(line);
-    for (const ContactSet& run : near_) {
+    for (const ContactSet& run : model_->contacts.sets) {
       for (std::size_t node = run.first; node < run.last; ++node) {
         const double height = run.height(node) + run.lift(time_).height;
         contact_.line_at(run.side * (position[node] + stretch[node] - height), node, time_);
@@ -306,7 +306,7 @@ void ImpactDynamics::judge_step(double time, double& stop) {
   std::string fallen;
   {
     const ReadArray state{state_};
-    fallen = fallen_through(model_->equations, contact_, near_, problem_.scale.length,
+    fallen = fallen_through(model_->equations, contact_, model_->contacts.sets, problem_.scale.length,
                             {.begin = time_,
                              .time = time,
                              .before = stepping_.integrator->start_of_step(),
@@ -317,7 +317,7 @@ void ImpactDynamics::judge_step(double time, double& stop) {
   contact_.commit(time, told);
   stop = told[0];
   if (told[1] != 0.0) {
-    throw_together<SolveError>(model_->beam.comm(), fallen);
+    throw_together<SolveError>(model_->beam.points().comm(), fallen);
   }
   standstill_.see(time_, time, contact_.any_events(), step_was_cut_);
 }

@@ -18,12 +18,12 @@ FilteredStructure& prepared(FilteredStructure& line, const std::function<void(Fi
   return line;
 }
 
-std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const std::vector<Support>& supports,
+std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contacts& contacts,
                                           const ContactParameters& contact) {
-  if (contact.surface != ContactSurface::line || supports.empty()) {
+  if (contact.surface != ContactSurface::line || contacts.supports.empty()) {
     return nullptr;
   }
-  return std::make_unique<LineContact>(line, supports, static_cast<std::size_t>(contact.line_dense_max));
+  return std::make_unique<LineContact>(line, contacts, static_cast<std::size_t>(contact.line_dense_max));
 }
 
 }  // namespace
@@ -33,8 +33,8 @@ Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::functi
       line{beam, parameters.filter},
       loads{beam.points(), parameters.gravity, parameters.loads},
       initial{parameters.initial},
-      supports{parameters.supports},
+      contacts{find_contacts(beam.points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},
-      equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, supports, contact)} {}
+      equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, contacts, contact)} {}
 
 }  // namespace udar

@@ -20,13 +20,9 @@ constexpr PetscInt kMostShortSteps = 1000;
 // name is off by a thousandth at most.
 constexpr double kFallenThrough = 0.1;
 
-double position_of(const BeamChain& beam, std::size_t node) {
-  return beam.position(beam.begin() + static_cast<PetscInt>(node));
-}
-
 }  // namespace
 
-void refuse_overlap(const BeamChain& beam, const ContactState& contact, std::span<const ContactSet> sets,
+void refuse_overlap(const MassPoints& points, const ContactState& contact, std::span<const ContactSet> sets,
                     const MassState& masses) {
   std::string overlap;
   for (const ContactSet& run : sets) {
@@ -43,13 +39,13 @@ void refuse_overlap(const BeamChain& beam, const ContactState& contact, std::spa
                                                : "support height")
                 << ": " << height << " is not allowed, "
                 << (floor ? "the ground" : "support " + std::to_string(run.support))
-                << " overlaps the beam at the start, by " << -gap << " m at x = " << position_of(beam, node)
+                << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
                 << " m; expected a height on its own side of the beam (`initial height`) [m]";
         overlap = message.str();
       }
     }
   }
-  throw_together<InputError>(beam.comm(), overlap);
+  throw_together<InputError>(points.comm(), overlap);
 }
 
 void refuse_hops_without_length(const ContactParameters& parameters, const MotionScale& scale, double fastest,
@@ -86,7 +82,7 @@ std::string fallen_through(const Equations& equations, const ContactState& conta
       const double depth = -run.side * (step.position[node] - run.height(node) - lift);
       // Moreau's law finds a support up to half a step late.
       if (!(depth <= deep) && !(depth <= (step.time - step.begin) * std::abs(step.before[count + node]))) {
-        return text(depth, position_of(equations.beam(), node));
+        return text(depth, equations.points().place(node).x);
       }
     }
   }

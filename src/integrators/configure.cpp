@@ -71,7 +71,7 @@ std::int64_t contact_nodes(const ImpactProblem& problem) {
   for (const ContactSet& set : problem.contact->runs()) {
     nodes += static_cast<std::int64_t>(set.last - set.first);
   }
-  MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPI_INT64_T, MPI_SUM, problem.equations->beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPI_INT64_T, MPI_SUM, problem.equations->points().comm());
   return nodes;
 }
 
@@ -188,7 +188,7 @@ Features needed_features(const ImpactProblem& problem) {
 Stepping configure_stepping(const ImpactProblem& problem, Vec state) {
   const Features needed = needed_features(problem);
   Stepping stepping;
-  UDAR_CALL(TSCreate(problem.equations->beam().comm(), stepping.ts.put()));
+  UDAR_CALL(TSCreate(problem.equations->points().comm(), stepping.ts.put()));
   const TS ts = stepping.ts;
   UDAR_CALL(TSSetProblemType(ts, TS_NONLINEAR));
   register_integrators();

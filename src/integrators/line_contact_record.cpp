@@ -55,7 +55,7 @@ void LineContactRecord::save(const LineState& line, std::size_t count, MotionSta
   state.scalars["contact_held"] = line.held ? 1.0 : 0.0;
   const std::vector<int> layer = layers(count);
   int most = layer.empty() ? 0 : std::ranges::max(layer) + 1;
-  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, equations_->beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, equations_->points().comm());
   for (int k = 0; k < most; ++k) {
     std::vector<double>& field = state.fields["contact_force_" + std::to_string(k)];
     field.assign(count, 0.0);

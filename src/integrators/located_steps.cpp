@@ -31,7 +31,7 @@ LocatedSteps::LocatedSteps(TS stepper, const ImpactProblem& problem, bool own_ab
     : stepper_{stepper},
       equations_{problem.equations},
       contact_{problem.contact},
-      count_{static_cast<std::size_t>(equations_->beam().local_nodes())},
+      count_{equations_->points().points()},
       scale_{problem.scale},
       motion_{*problem.equations, *problem.contact},
       search_{motion_, *problem.contact} {
@@ -178,7 +178,7 @@ double LocatedSteps::locate(double event_time, double step_end) {
     }
     reached = repeat_step(target);
     target = search_.correct(event_time + window, window, step_end);
-    MPI_Allreduce(MPI_IN_PLACE, &target, 1, MPI_DOUBLE, MPI_MIN, equations_->beam().comm());
+    MPI_Allreduce(MPI_IN_PLACE, &target, 1, MPI_DOUBLE, MPI_MIN, equations_->points().comm());
     if (std::abs(target - reached) <= time_resolution(reached)) {
       break;
     }
@@ -271,7 +271,7 @@ double LocatedSteps::end_step() {
   double event_time = finite ? search_.survey() : std::numeric_limits<double>::infinity();
   std::array<double, 3> earliest{event_time, finite ? 1.0 : 0.0, -speed};
   MPI_Allreduce(MPI_IN_PLACE, earliest.data(), static_cast<int>(earliest.size()), MPI_DOUBLE, MPI_MIN,
-                equations_->beam().comm());
+                equations_->points().comm());
   event_time = earliest[0];
   if (earliest[1] == 0.0) {
     throw SolveError{

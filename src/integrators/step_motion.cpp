@@ -10,7 +10,7 @@ namespace udar {
 StepMotion::StepMotion(Equations& equations, const ContactState& contact)
     : equations_{&equations},
       contact_{&contact},
-      count_{static_cast<std::size_t>(equations.beam().local_nodes())},
+      count_{equations.points().points()},
       wf2_{equations.line().filter_frequency() * equations.line().filter_frequency()},
       damping_{equations.damping()},
       plain_{!damping_.any()},
@@ -289,7 +289,7 @@ std::vector<double> StepMotion::amplitude_integrals(double until) const {
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, integrals.data(), static_cast<int>(integrals.size()), MPI_DOUBLE, MPI_SUM,
-                equations_->beam().comm());
+                equations_->points().comm());
   return integrals;
 }
 

@@ -67,8 +67,8 @@ StopProblem StepSupports::problem(std::size_t node, std::int32_t resting) const 
     const bool rests_there = problem.resting == static_cast<int>(index);
     if (rests || (!rests_there && (!stop.present || run.side * at > run.side * stop.at))) {
       stop = {.at = at,
-              .restitution = run.restitution,
-              .yield_speed = run.yield_speed * sweep_->step,
+              .restitution = run.law.restitution,
+              .yield_speed = run.law.yield_speed * sweep_->step,
               .present = true,
               .moves = run.motion != nullptr,
               .path = {lift[1], lift[2], lift[3]},

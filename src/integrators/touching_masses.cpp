@@ -198,8 +198,8 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Swe
   waiting_.batch.velocity[waiting_.count] = sweep_->start[sweep_->count + node] * sweep_->step;
   waiting_.batch.at[waiting_.count] = only->height(node) - sweep_->start[node];
   waiting_.batch.side[waiting_.count] = only->side;
-  waiting_.batch.restitution[waiting_.count] = only->restitution;
-  waiting_.batch.yield_speed[waiting_.count] = only->yield_speed * sweep_->step;
+  waiting_.batch.restitution[waiting_.count] = only->law.restitution;
+  waiting_.batch.yield_speed[waiting_.count] = only->law.yield_speed * sweep_->step;
   waiting_.mass[waiting_.count] = index;
   waiting_.before[waiting_.count] = before;
   if (++waiting_.count == local::kLanes) {
@@ -337,9 +337,8 @@ void TouchingMasses::write_journal() {
     if (mass.known) {
       if (mass.impact <= 1.0) {
         const ContactSet& run = run_of(mass);
-        const double share =
-            falling_restitution(run.restitution, run.yield_speed * sweep_->step, std::abs(mass.before));
-        tell_impact(run, mass.node, mass.impact, mass.before, -share * mass.before, 0.0);
+        const double after = run.side * run.law.per_step(sweep_->step).after(run.side * mass.before);
+        tell_impact(run, mass.node, mass.impact, mass.before, after, 0.0);
       }
       continue;
     }

@@ -195,7 +195,7 @@ class Chebyshev final : public ProblemIntegrator {
   /// Adds terms until the first event or `step` is reached; sets the length of the step and its candidates.
   void find_end(double step) {
     const petsc::LogScope contact{petsc::log_events().contact};
-    const MPI_Comm comm = equations_->beam().comm();
+    const MPI_Comm comm = equations_->points().comm();
     candidates_.clear();
     const bool supported = !contact_->supports().empty();
     double guess = supported ? guess_event(step) : step;
@@ -413,7 +413,7 @@ class Chebyshev final : public ProblemIntegrator {
     for (std::size_t i = 0; i < count_; ++i) {
       zero += 0.0 * (next_.position[i] + next_.velocity[i]);
     }
-    throw_together<SolveError>(equations_->beam().comm(), zero == 0.0 ? std::string{} : not_finite().what());
+    throw_together<SolveError>(equations_->points().comm(), zero == 0.0 ? std::string{} : not_finite().what());
   }
 
   [[nodiscard]] double stretch_integral(std::size_t node, double time, const FreeMotion::Weights& sum) const {

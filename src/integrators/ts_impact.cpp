@@ -244,7 +244,7 @@ class Impact final : public ProblemIntegrator {
     sweep_.axis = equations_->axis();
     sweep_.mass = equations_->line().mass();
     line_.emplace(*equations_, sweep_);
-    touching_.emplace(sweep_, *contact_, equations_->beam());
+    touching_.emplace(sweep_, *contact_, equations_->line().beam());
     if (equations_->line_contact() != nullptr) {
       line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
     }
@@ -324,7 +324,7 @@ class Impact final : public ProblemIntegrator {
         line_forces_->tell(tally_);
       }
       ++sweeps_;
-      reduce_(tally_, equations_->beam().comm());
+      reduce_(tally_, equations_->points().comm());
       if (tally_.most[Tally::broken] != 0.0) {
         throw not_finite();
       }

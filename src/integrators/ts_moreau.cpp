@@ -45,7 +45,7 @@ class Moreau final : public ProblemIntegrator {
         zero += 0.0 * end.values()[count_ + i];
       }
     }
-    throw_together<SolveError>(equations_->beam().comm(), zero == 0.0 ? std::string{} : not_finite().what());
+    throw_together<SolveError>(equations_->points().comm(), zero == 0.0 ? std::string{} : not_finite().what());
     // Times are multiples of the step: thousands of sums would leave a sliver of a step at the end.
     leave_step((std::round(begin_ / step_) + 1.0) * step_ - begin_, step_);
     write_journal();

@@ -396,8 +396,7 @@ void apply_event(const Problem& problem, const FreeArc& arc, Mass& mass, Outcome
   const double ground = support.speed(tau);
   const double arrives = side * (mass.velocity - ground);
   const double before = stands(problem, arrives) ? 0.0 : arrives;
-  const double after =
-      before < 0.0 ? -falling_restitution(support.restitution, support.yield_speed, -before) * before : before;
+  const double after = before < 0.0 ? support.law().after(before) : before;
   double pull = side * z2 * (value(problem.line.data(), problem.terms, tau) - mass.place);
   if (support.moves) {
     pull -= side * (problem.drag * ground + 2.0 * support.path[1] + 6.0 * tau * support.path[2]);

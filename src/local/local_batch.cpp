@@ -184,7 +184,7 @@ UDAR_INLINE void advance_lanes(Batch& batch, double angle, std::size_t terms, st
     Pack after;
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       after[lane] =
-          -falling_restitution(batch.restitution[lane], batch.yield_speed[lane], -before[lane]) * before[lane];
+          ImpactLaw{.restitution = batch.restitution[lane], .yield_speed = batch.yield_speed[lane]}.after(before[lane]);
     }
     for (std::size_t from = 0; from + 1 < terms; ++from) {
       for (std::size_t k = terms - 1; k-- > from;) {

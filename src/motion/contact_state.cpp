@@ -19,19 +19,18 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 }  // namespace
 
-ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, std::vector<Support> supports,
-                           ContactParameters parameters)
-    : beam_{&beam},
-      mass_{mass},
-      supports_{std::move(supports)},
+ContactState::ContactState(const MassPoints& points, const Contacts& contacts, ContactParameters parameters)
+    : points_{&points},
+      contacts_{&contacts},
       parameters_{parameters},
-      runs_{parameters.surface == ContactSurface::mass ? find_contact_sets(beam, supports_)
-                                                       : std::vector<ContactSet>{}},
-      resting_(mass.size(), 0),
-      impulse_(supports_.size(), 0.0),
-      pressed_(supports_.size(), 0.0) {
-  for (const ContactSet& run : find_contact_sets(beam, supports_)) {
-    touchable_.push_back({run.first, run.last});
+      resting_(points.points(), 0),
+      impulse_(contacts.supports.size(), 0.0),
+      pressed_(contacts.supports.size(), 0.0) {
+  if (parameters.surface == ContactSurface::mass) {
+    runs_ = contacts.sets;
+  }
+  for (const ContactSet& set : contacts.sets) {
+    touchable_.push_back({set.first, set.last});
   }
   std::ranges::sort(touchable_);
   for (std::size_t i = 1; i < touchable_.size(); ++i) {  // supports may share nodes: each belongs to one range
@@ -39,9 +38,9 @@ ContactState::ContactState(const BeamChain& beam, std::span<const double> mass, 
     first = std::max(first, touchable_[i - 1][1]);
     last = std::max(last, first);
   }
-  last_contact_.assign(touchable_.empty() ? 0 : mass.size(), -std::numeric_limits<double>::infinity());
+  last_contact_.assign(touchable_.empty() ? 0 : points.points(), -std::numeric_limits<double>::infinity());
   line_gap_.gap = std::numeric_limits<double>::infinity();
-  gives_way_ = !runs_on_line() && std::ranges::any_of(supports_, &Support::elastic);
+  gives_way_ = !runs_on_line() && std::ranges::any_of(supports(), &Support::elastic);
   begin_step();
 }
 
@@ -51,7 +50,7 @@ double ContactState::spring_energy(double time, std::span<const double> position
     const double lift = run.elastic() ? run.lift(time).height : 0.0;
     for (std::size_t node = run.first; run.elastic() && node < run.last; ++node) {
       const double gap = std::min(0.0, run.side * (position[node] - run.height(node) - lift));
-      sum += 0.5 * run.stiffness * mass_[node] * gap * gap;
+      sum += 0.5 * run.stiffness * points_->mass()[node] * gap * gap;
     }
   }
   return sum;
@@ -78,15 +77,15 @@ void ContactState::set_resting(std::size_t node, PetscInt support) {
 }
 
 void ContactState::hit(const ContactSet& run, std::size_t node, double time, double before, double after, double loss) {
-  strike(run.support, node, time, before, after, mass_[node] * (after - before), loss);
+  strike(run.support, node, time, before, after, points_->mass()[node] * (after - before), loss);
 }
 
 void ContactState::strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
                           double loss) {
-  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  const PetscInt global = points_->global(node);
   impacts_.push_back({.time = time,
                       .node = global,
-                      .x = beam_->position(global),
+                      .x = points_->place(node).x,
                       .support = support,
                       .velocity_before = before,
                       .velocity_after = after,
@@ -101,17 +100,17 @@ void ContactState::push(PetscInt support, std::size_t node, double time, double 
 }
 
 void ContactState::rest(const ContactSet& run, std::size_t node, double time, double loss) {
-  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  const PetscInt global = points_->global(node);
   rests_.push_back(
-      {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = false});
+      {.time = time, .node = global, .x = points_->place(node).x, .support = run.support, .release = false});
   set_resting(node, run.support);
   losses_.push_back({.time = time, .energy = loss});
 }
 
 void ContactState::release(const ContactSet& run, std::size_t node, double time) {
-  const PetscInt global = beam_->begin() + static_cast<PetscInt>(node);
+  const PetscInt global = points_->global(node);
   rests_.push_back(
-      {.time = time, .node = global, .x = beam_->position(global), .support = run.support, .release = true});
+      {.time = time, .node = global, .x = points_->place(node).x, .support = run.support, .release = true});
   set_resting(node, -1);
 }
 
@@ -142,7 +141,7 @@ void ContactState::add_impulses(double time, double passed, std::span<double> su
 void ContactState::note_contacts(double until) {
   const auto note = [&](PetscInt node, double time) {
     if (time < until) {
-      double& last = last_contact_[static_cast<std::size_t>(node - beam_->begin())];
+      double& last = last_contact_[static_cast<std::size_t>(node - points_->begin())];
       last = std::max(last, time);
     }
   };
@@ -165,7 +164,7 @@ ContactZone ContactState::zone(double since, double until, std::span<const std::
   for (const auto& [first, last] : touchable_) {
     for (std::size_t node = first; node < last; ++node) {
       if (resting[node] != 0 || last_contact_[node] >= since) {
-        const double x = beam_->position(beam_->begin() + static_cast<PetscInt>(node));
+        const double x = points_->place(node).x;
         ++zone.masses;
         zone.x_min = std::min(zone.x_min, x);
         zone.x_max = std::max(zone.x_max, x);
@@ -177,7 +176,7 @@ ContactZone ContactState::zone(double since, double until, std::span<const std::
 
 void ContactState::line_at(double gap, std::size_t node, double time) {
   if (smallest(gap)) {
-    line_gap_ = {.gap = gap, .x = beam_->position(beam_->begin() + static_cast<PetscInt>(node)), .time = time};
+    line_gap_ = {.gap = gap, .x = points_->place(node).x, .time = time};
   }
 }
 
@@ -216,11 +215,11 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
       TouchingMass mass{.velocity = run.side * (velocity[node] - lift.velocity),
                         .acceleration = run.side * (acceleration * stretch[node] - lift.acceleration),
                         .resolution = acceleration * resolution,
-                        .mass = mass_[node]};
+                        .mass = points_->mass()[node]};
       if (std::abs(mass.velocity) <= wf * resolution) {
         mass.velocity = 0.0;  // it stands there, but for rounding
       }
-      ContactOutcome outcome = resolve_contact(mass, run.restitution, parameters_.hop_tolerance, run.yield_speed);
+      ContactOutcome outcome = resolve_contact(mass, run.law, parameters_.hop_tolerance);
       // It is to meet the support now, and would not get off it by the tolerance in 1 / wf: no hop at all.
       if (is_due && !outcome.impact && outcome.velocity <= wf * parameters_.hop_tolerance) {
         outcome = {.energy_loss = 0.5 * mass.mass * mass.velocity * mass.velocity, .rests = true};
@@ -232,9 +231,9 @@ void ContactState::resolve(double time, std::span<const std::int32_t> due, doubl
       if (outcome.impact) {
         hit(run, node, time, velocity[node], after, outcome.energy_loss);
       } else {
-        press(run.support, mass_[node] * (after - velocity[node]), time, time);
+        press(run.support, points_->mass()[node] * (after - velocity[node]), time, time);
       }
-      flow({.work = mass_[node] * (after - velocity[node]) * lift.velocity});
+      flow({.work = points_->mass()[node] * (after - velocity[node]) * lift.velocity});
       position[node] = height;
       velocity[node] = after;
       if (outcome.rests) {
@@ -296,7 +295,7 @@ void ContactState::commit(double time, std::span<double> sums) {
   add_impulses(kAll, 1.0, std::span{all}.last(impulse_.size()));
   note_contacts(kAll);
   const petsc::LogScope reduction{petsc::log_events().reduction};
-  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, beam_->comm());
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, points_->comm());
   std::copy(all.begin() + own, all.begin() + sums_end, sums.begin());
   std::transform(all.begin() + sums_end, all.end(), impulse_.begin(), impulse_.begin(), std::plus{});
   counts_.impacts += static_cast<PetscInt>(all[0]);
@@ -321,7 +320,7 @@ void ContactState::commit(double time, std::span<double> sums) {
       last = std::max(last, rest.time);
     }
     std::array<double, 2> extremes{-first, last};
-    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, beam_->comm());
+    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, points_->comm());
     if (counts_.first_contact_time < 0.0 && all[0] + all[1] > 0.0) {
       counts_.first_contact_time = -extremes[0];
     }
@@ -335,7 +334,7 @@ void ContactState::commit(double time, std::span<double> sums) {
     for (const Touch& touch : touches_) {
       extremes = {std::max(extremes[0], -touch.from), std::max(extremes[1], touch.until)};
     }
-    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, beam_->comm());
+    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, points_->comm());
     if (extremes[1] > -kAll) {
       const double first = counts_.first_contact_time;
       counts_.first_contact_time = first < 0.0 ? -extremes[0] : std::min(first, -extremes[0]);
@@ -353,10 +352,10 @@ LineGap ContactState::smallest_line_gap() const {
     double gap;
     int rank;
   } smallest{.gap = line_gap_.gap, .rank = 0};
-  MPI_Comm_rank(beam_->comm(), &smallest.rank);
-  MPI_Allreduce(MPI_IN_PLACE, &smallest, 1, MPI_DOUBLE_INT, MPI_MINLOC, beam_->comm());
+  MPI_Comm_rank(points_->comm(), &smallest.rank);
+  MPI_Allreduce(MPI_IN_PLACE, &smallest, 1, MPI_DOUBLE_INT, MPI_MINLOC, points_->comm());
   std::array<double, 3> place{line_gap_.gap, line_gap_.x, line_gap_.time};
-  MPI_Bcast(place.data(), static_cast<int>(place.size()), MPI_DOUBLE, smallest.rank, beam_->comm());
+  MPI_Bcast(place.data(), static_cast<int>(place.size()), MPI_DOUBLE, smallest.rank, points_->comm());
   return {.gap = place[0], .x = place[1], .time = place[2]};
 }
 

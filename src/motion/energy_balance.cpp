@@ -100,7 +100,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
     sums[springs] = contact_->spring_energy(row.time, row.masses.position);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
-                equations_->beam().comm());
+                equations_->points().comm());
   std::copy(sums.begin() + shares, sums.end(), besides.begin());
   now.lost_in_impacts = contact_->counts().lost + sums[lost];
   now.load_work = sums[load];
@@ -122,7 +122,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
 
 void EnergyBalance::save(MotionState& state) const {
   double work = load_work_;
-  MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->beam().comm());
+  MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->points().comm());
   state.scalars["load_work"] = work;
   state.scalars["initial_energy"] = ledger_.initial;
   state.scalars["initial_potential"] = ledger_.initial_potential;

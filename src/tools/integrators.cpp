@@ -64,9 +64,8 @@ constexpr int kSamples = 10;
 
 /// Fixed steps, half kicks; a mass found below its support with a velocity towards it is reversed.
 void leapfrog(const Motion& motion, Equations& equations, double angle, Result& result) {
-  const BeamChain& beam = equations.beam();
-  MassState masses = initial_masses(beam.points(), motion.initial);
-  const auto runs = find_contact_sets(beam, motion.supports);
+  MassState masses = initial_masses(equations.points(), motion.initial);
+  const auto runs = find_contacts(equations.points(), motion.supports).sets;
   const auto steps = static_cast<int>(std::ceil(motion.end * kFilter / angle / kSamples)) * kSamples;
   const double h = motion.end / steps;
   LineState line;
@@ -85,7 +84,7 @@ void leapfrog(const Motion& motion, Equations& equations, double angle, Result& 
     for (const ContactSet& run : runs) {
       for (std::size_t i = run.first; i < run.last; ++i) {
         if (run.side * (masses.position[i] - run.height(i)) < 0.0 && run.side * masses.velocity[i] < 0.0) {
-          masses.velocity[i] *= -run.restitution;
+          masses.velocity[i] *= -run.law.restitution;
           result.impacts += 1.0;
         }
       }

@@ -340,7 +340,7 @@ TEST(BeamChain, EndsAreOnTheBeamWhateverRoundingDoesToTheirSum) {
   EXPECT_LT(beam.length(), 0.8);
   EXPECT_TRUE(beam.fixed(8));
   EXPECT_NO_THROW((Loads{beam.points(), 0.0, {{.position = 0.8, .time = {0.0}, .force = {1.0}}}}));
-  EXPECT_EQ(find_contact_sets(beam, {{.position = 0.8}}).size(), 0U);  // found, and held
+  EXPECT_EQ(find_contacts(beam.points(), {{.position = 0.8}}).sets.size(), 0U);  // found, and fixed
   EXPECT_THROW(require_on("x", 0.8 + 1e-8, beam.points().extent()), InputError);
 }
 

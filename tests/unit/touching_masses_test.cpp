@@ -24,6 +24,7 @@ struct FlatStep {
   std::vector<double> start;
   std::vector<double> end;
   std::vector<double> axis;
+  Contacts contacts;
   ContactState contact;
   Sweep sweep;
 
@@ -38,7 +39,8 @@ struct FlatStep {
         start(2 * mass.size(), height),
         end(start),
         axis(mass.size(), 0.0),
-        contact{beam, mass, {Support::floor(0.0, kRestitution)}, {}} {
+        contacts{find_contacts(beam.points(), {Support::floor(0.0, kRestitution)})},
+        contact{beam.points(), contacts, {}} {
     std::fill(start.begin() + static_cast<std::ptrdiff_t>(mass.size()), start.end(), speed);
     sweep.count = mass.size();
     sweep.frequency = 100.0;

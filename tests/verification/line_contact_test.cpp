@@ -205,11 +205,12 @@ double lifted_end(PetscInt elements, double length, std::size_t dense_points, do
   FilteredStructure line{beam, {.filter_frequency = 10.0}};
   const Loads loads{beam.points(), kGravity, load};
   const InitialState initial{.height = 0.0};
-  Equations equations{line,
-                      loads,
-                      initial,
-                      {},
-                      std::make_unique<LineContact>(line, std::vector{Support::floor(0.0, 1.0)}, dense_points)};
+  Equations equations{
+      line,
+      loads,
+      initial,
+      {},
+      std::make_unique<LineContact>(line, find_contacts(line.points(), {Support::floor(0.0, 1.0)}), dense_points)};
   const LineContact& contact = *equations.line_contact();
   std::vector<double> masses(static_cast<std::size_t>(beam.local_nodes()), 0.0);
   LineState state;

@@ -315,7 +315,7 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
   // Which masses press on their support in equilibrium follows by dropping those that pull, until none does.
   std::vector<bool> resting(n, false);
   for (const Support& support : supports) {
-    const auto [first, last] = touched_nodes(beam, support);
+    const auto [first, last] = beam.nodes_within(support.from(), support.to());
     std::fill(resting.begin() + first, resting.begin() + last + 1, true);
   }
   const test::Dense stiffness = test::line_stiffness(beam);

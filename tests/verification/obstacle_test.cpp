@@ -86,8 +86,8 @@ TEST(ManyContactNodes, GiveTheForcesOfTheDenseProblem) {
   for (double (*const shape)(double) : {tilted, bulging, waving}) {
     for (const std::vector<Support>& supports : {floor, several}) {
       Held held{50, shape};
-      LineContact few{held.line, supports, kAlwaysDense};
-      LineContact many{held.line, supports, kNeverDense};
+      LineContact few{held.line, find_contacts(held.line.points(), supports), kAlwaysDense};
+      LineContact many{held.line, find_contacts(held.line.points(), supports), kNeverDense};
       ASSERT_TRUE(few.dense());
       ASSERT_FALSE(many.dense());
       const Held::Result expected = held.apply(few);
@@ -120,8 +120,8 @@ TEST(ManyContactNodes, OfSupportsThatMoveAndGiveWayGiveTheForcesOfTheDenseProble
     for (double (*const shape)(double) : {tilted, bulging, waving}) {
       for (const std::vector<Support>& supports : {std::vector{floor}, {pad, held, stop}}) {
         Held at{50, shape};
-        LineContact few{at.line, supports, kAlwaysDense};
-        LineContact many{at.line, supports, kNeverDense};
+        LineContact few{at.line, find_contacts(at.line.points(), supports), kAlwaysDense};
+        LineContact many{at.line, find_contacts(at.line.points(), supports), kNeverDense};
         const Held::Result expected = at.apply(few, kTime);
         const Held::Result found = at.apply(many, kTime);
         EXPECT_TRUE(found.held);
@@ -143,7 +143,7 @@ TEST(ManyContactNodes, UnderAFlatFallAreSpringsOfTheFilter) {
   for (const PetscInt elements : {200, 2000}) {
     constexpr double kDepth = 0.01;
     Held held{elements, [](double /*x*/) { return -kDepth; }};
-    LineContact contact{held.line, {Support::floor(0.0, 1.0)}};
+    LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)})};
     ASSERT_FALSE(contact.dense());
     const Held::Result found = held.apply(contact);
     double off = 0.0;
@@ -161,7 +161,7 @@ TEST(ManyContactNodes, UnderAFlatFallAreSpringsOfTheFilter) {
 TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
   for (double (*const shape)(double) : {tilted, bulging, waving}) {
     Held held{4000, shape};
-    LineContact contact{held.line, {Support::floor(0.0, 1.0)}};
+    LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)})};
     const Held::Result found = held.apply(contact);
     double depth = 0.0;
     double low = 0.0;
@@ -187,7 +187,7 @@ TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
 
 TEST(ManyContactNodes, OutOfReachHoldNothing) {
   Held held{200, [](double x) { return 0.1 + 0.001 * x; }};
-  LineContact contact{held.line, {Support::floor(0.0, 1.0)}, kNeverDense};
+  LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)}), kNeverDense};
   const Held::Result found = held.apply(contact);
   EXPECT_FALSE(found.held);
   EXPECT_EQ(distance(found.stretch, held.free_stretch), 0.0);
@@ -210,7 +210,7 @@ TEST(ManyContactNodes, OutOfReachHoldNothing) {
 
 TEST(ManyContactNodes, NeedNumbersAndALineForTheChain) {
   Held held{200, tilted};
-  LineContact contact{held.line, {Support::floor(0.0, 1.0)}, kNeverDense};
+  LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)}), kNeverDense};
   std::vector<double> gap(contact.points().size(), -1.0);
   std::vector<double> force(gap.size());
   if (test::world_rank() == 0) {
@@ -221,8 +221,8 @@ TEST(ManyContactNodes, NeedNumbersAndALineForTheChain) {
   pulled.tension = 1e4;
   const BeamChain beam{PETSC_COMM_WORLD, pulled};
   FilteredStructure line{beam, {.filter_frequency = kFrequency}};
-  EXPECT_THROW((LineContact{line, {Support::floor(0.0, 1.0)}, kNeverDense}), InputError);
-  EXPECT_TRUE((LineContact{line, {Support::floor(0.0, 1.0)}, kAlwaysDense}.dense()));
+  EXPECT_THROW((LineContact{line, find_contacts(line.points(), {Support::floor(0.0, 1.0)}), kNeverDense}), InputError);
+  EXPECT_TRUE((LineContact{line, find_contacts(line.points(), {Support::floor(0.0, 1.0)}), kAlwaysDense}.dense()));
 }
 
 /// A tilted fall on a floor; positions of this rank's masses at the end.

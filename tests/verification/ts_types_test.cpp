@@ -26,7 +26,8 @@ struct Stepped {
   Loads loads{beam.points(), 9.81, {}};
   InitialState initial{.height = 0.52, .slope = 0.1, .velocity = -3.0};
   Equations equations{line, loads, initial};
-  ContactState contact{beam, line.mass(), {Support::floor(0.0, 0.5)}, {.hop_tolerance = 1e-10}};
+  Contacts contacts = find_contacts(beam.points(), {Support::floor(0.0, 0.5)});
+  ContactState contact{beam.points(), contacts, {.hop_tolerance = 1e-10}};
   ImpactProblem problem{.equations = &equations, .contact = &contact, .scale = {.length = 1.0, .velocity = 4.0}};
   petsc::Vector state;
   petsc::TimeStepper ts;

@@ -25,4 +25,7 @@ struct Placed {
 /// @note Collective.
 void warn_of_places(const Case& input, const BeamChain& beam);
 
+/// The nodes that a support touches: [first, last], empty if first > last.
+[[nodiscard]] BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support);
+
 }  // namespace udar::app

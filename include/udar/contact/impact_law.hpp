@@ -23,21 +23,29 @@ struct ContactOutcome {
   bool rests = false;        ///< it stays on the support
 };
 
-/// @brief e0 up to the yield speed, e0 (v / v_y)^(-1/4) above it.
-/// @param speed v of the mass towards its support [m/s], > 0, or in the unit of `yield_speed`
+/// @brief Newton's law v+ = -e v-, with e = e0 up to the yield speed v_y and e0 (v / v_y)^(-1/4) above it.
 /// Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, section 11.5
-[[nodiscard]] inline double falling_restitution(double restitution, double yield_speed, double speed) {
-  const double ratio = yield_speed / speed;
-  return ratio < 1.0 ? restitution * std::sqrt(std::sqrt(ratio)) : restitution;
-}
+struct ImpactLaw {
+  double restitution = 1.0;                                      ///< e0, from 0 to 1
+  double yield_speed = std::numeric_limits<double>::infinity();  ///< v_y [m/s]; infinite: e does not fall
 
-/// @brief Newton's law v+ = -e v-, and rest where the next hop would be lower than `hop_tolerance`, or where neither
+  /// e of a mass that arrives at a speed > 0, in the unit of `yield_speed`.
+  [[nodiscard]] double ratio(double speed) const {
+    const double over = yield_speed / speed;
+    return over < 1.0 ? restitution * std::sqrt(std::sqrt(over)) : restitution;
+  }
+  /// @brief Velocity afterwards, away from the support. @param arriving < 0: towards it
+  [[nodiscard]] double after(double arriving) const { return -ratio(-arriving) * arriving; }
+  /// The same law for speeds in other units: metres per step if a step takes so many seconds.
+  [[nodiscard]] ImpactLaw per_step(double step) const {
+    return {.restitution = restitution, .yield_speed = yield_speed * step};
+  }
+};
+
+/// @brief The impact law, and rest where the next hop would be lower than `hop_tolerance`, or where neither
 /// velocity nor acceleration leads away.
-/// @param restitution   e0, from 0 to 1
-/// @param yield_speed   of `falling_restitution` [m/s]; infinite: e does not fall
 /// @param hop_tolerance [m], >= 0
 /// Source: docs/theory.md, "Impact, rest and release"
-[[nodiscard]] ContactOutcome resolve_contact(const TouchingMass& mass, double restitution, double hop_tolerance,
-                                             double yield_speed = std::numeric_limits<double>::infinity());
+[[nodiscard]] ContactOutcome resolve_contact(const TouchingMass& mass, const ImpactLaw& law, double hop_tolerance);
 
 }  // namespace udar

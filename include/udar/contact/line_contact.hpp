@@ -30,11 +30,11 @@ class LineContact {
 
   /// @param dense_points more contact points than these under one support are many
   /// @note Collective: few points, a line solve for each and one reduction.
-  /// @throws InputError as `find_contact_sets`, as `ObstacleForces` for many, and for supports that yield or are damped
-  LineContact(FilteredStructure& line, const std::vector<Support>& supports, std::size_t dense_points = kDensePoints);
+  /// @throws InputError as `ObstacleForces` for many, and for supports that yield or are damped
+  LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points = kDensePoints);
 
-  [[nodiscard]] MPI_Comm comm() const noexcept { return line_->beam().comm(); }
-  [[nodiscard]] bool on_first_rank() const noexcept { return line_->beam().begin() == 0; }
+  [[nodiscard]] MPI_Comm comm() const noexcept { return line_->points().comm(); }
+  [[nodiscard]] bool on_first_rank() const noexcept { return line_->points().begin() == 0; }
   [[nodiscard]] bool dense() const noexcept { return many_ == nullptr; }
   /// Dense: those of all ranks, in this order on each; else this rank's. Ascending by node.
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
@@ -56,7 +56,7 @@ class LineContact {
   [[nodiscard]] std::span<const std::size_t> mine() const noexcept { return mine_; }
   /// Local node of such a point.
   [[nodiscard]] std::size_t local(std::size_t point) const {
-    return static_cast<std::size_t>(points_[point].node - line_->beam().begin());
+    return static_cast<std::size_t>(points_[point].node - line_->points().begin());
   }
 
   /// @brief Adds what contact forces do to the line.

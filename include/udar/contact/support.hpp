@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
+#include "udar/contact/impact_law.hpp"
 #include "udar/contact/support_motion.hpp"
 #include "udar/numerics/polyline.hpp"
-#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/mass_points.hpp"
 
 namespace udar {
 
@@ -40,6 +42,9 @@ struct Support {
   double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
 
   [[nodiscard]] bool elastic() const noexcept { return stiffness < std::numeric_limits<double>::infinity(); }
+  /// Rigid and at rest: nothing but the impact law.
+  [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
+  [[nodiscard]] ImpactLaw law() const noexcept { return {.restitution = restitution, .yield_speed = yield_speed}; }
 
   [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
   [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
@@ -55,17 +60,19 @@ struct Support {
   [[nodiscard]] double height_at(double x) const { return height + interpolate(profile.x, profile.height, x); }
 };
 
-/// @brief A row of this rank's nodes that may touch one support.
+/// @brief A row of this rank's points that may touch one support, and how: geometry, law and spring.
+///
+/// Points that do not stand side by side are rows of their own, so that kernels run over contiguous values alone.
 struct ContactSet {
   std::size_t first = 0;  ///< local node
   std::size_t last = 0;   ///< one past the last local node
   PetscInt support = 0;   ///< index of the support
   double side = 1.0;      ///< +1 support below, -1 above: gap = side (y - height)
   double level = 0.0;     ///< height of a level support [m]
-  double restitution = 1.0;
-  double yield_speed = std::numeric_limits<double>::infinity();  ///< [m/s]
-  std::vector<double> profile;                                   ///< height at each node [m]; empty: level
-  std::shared_ptr<const SupportMotion> motion = nullptr;         ///< null: none
+  ImpactLaw law{};
+  std::vector<double> profile;                            ///< height at each node [m]; empty: level
+  std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
+  double carried = 0.0;    ///< mass over the width of its support, if that is not rigid [kg]
   double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
   double damping = 0.0;    ///< the same of a damper [1/s]
 
@@ -84,13 +91,19 @@ struct ContactSet {
   [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
 };
 
-/// @brief The nodes a support touches: [first, last], empty if first > last.
-[[nodiscard]] BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support);
+/// @brief All supports and who may touch them: found and checked once a run.
+struct Contacts {
+  std::vector<Support> supports;
+  std::vector<PetscInt> touched;  ///< points of each support over all ranks, those that never move included
+  std::vector<ContactSet> sets;   ///< of this rank, by support; points that never move are left out
+};
 
-/// @brief The rows of this rank's nodes that may touch a support, by support, held nodes left out.
-/// @note Not collective.
-/// @throws InputError naming option, value and range if a support is off the beam, touches no node, has e outside [0,
-/// 1], or if one that moves or gives way shares nodes with another on its side
-[[nodiscard]] std::vector<ContactSet> find_contact_sets(const BeamChain& beam, const std::vector<Support>& supports);
+/// The points a support touches. @note Collective.
+[[nodiscard]] PointRows touched_points(const MassPoints& points, const Support& support);
+
+/// @note Collective.
+/// @throws InputError naming quantity, value and range if a support is off the structure, touches no point, has e
+/// outside [0, 1], or if one that moves or gives way shares points with another on its side
+[[nodiscard]] Contacts find_contacts(const MassPoints& points, std::vector<Support> supports);
 
 }  // namespace udar

@@ -113,7 +113,6 @@ class ImpactDynamics {
   static PetscErrorCode post_step_callback(TS stepper);
 
   Model* model_;
-  std::vector<ContactSet> near_;  // nodes under supports, whoever touches
   ImpactProblem problem_;
   ContactState contact_;
   Kinks kinks_;

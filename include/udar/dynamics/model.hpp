@@ -36,7 +36,7 @@ struct Model {
   FilteredStructure line;
   Loads loads;
   InitialState initial;
-  std::vector<Support> supports;
+  Contacts contacts;
   ContactParameters contact;  ///< the line touches where masses and line are one
   Equations equations;
 

@@ -18,7 +18,7 @@ namespace udar {
 
 /// @brief Refuses masses that start beyond a support. @param sets nodes under supports, whoever touches
 /// @note Collective. @throws InputError naming support, place and depth
-void refuse_overlap(const BeamChain& beam, const ContactState& contact, std::span<const ContactSet> sets,
+void refuse_overlap(const MassPoints& points, const ContactState& contact, std::span<const ContactSet> sets,
                     const MassState& masses);
 
 /// @brief Refuses hops that are over within the last digits of the time at the end of the run [s].

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "udar/contact/impact_law.hpp"
 #include "udar/numerics/legendre.hpp"
 
 namespace udar::local {
@@ -26,6 +27,7 @@ struct Stop {
   double damping = 0.0;          ///< c/m of one that is not rigid [1/step]
 
   [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0; }
+  [[nodiscard]] ImpactLaw law() const noexcept { return {.restitution = restitution, .yield_speed = yield_speed}; }
   [[nodiscard]] double place(double tau) const noexcept {
     return moves ? at + tau * (path[0] + tau * (path[1] + tau * path[2])) : at;
   }

@@ -79,13 +79,11 @@ struct LineGap {
 class ContactState {
  public:
   /// Masses have supports to touch (`runs`) on `ContactSurface::mass` only.
-  /// @param mass [kg], local nodes; must outlive this object
-  /// @throws InputError as `find_contact_sets`
-  ContactState(const BeamChain& beam, std::span<const double> mass, std::vector<Support> supports,
-               ContactParameters parameters);
+  /// @param points, contacts must outlive this object
+  ContactState(const MassPoints& points, const Contacts& contacts, ContactParameters parameters);
 
-  [[nodiscard]] const std::vector<Support>& supports() const noexcept { return supports_; }
-  [[nodiscard]] const std::vector<ContactSet>& runs() const noexcept { return runs_; }
+  [[nodiscard]] const std::vector<Support>& supports() const noexcept { return contacts_->supports; }
+  [[nodiscard]] std::span<const ContactSet> runs() const noexcept { return runs_; }
   [[nodiscard]] const ContactParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] bool runs_on_line() const noexcept { return parameters_.surface == ContactSurface::line; }
   [[nodiscard]] const ContactCounts& counts() const noexcept { return counts_; }
@@ -197,12 +195,11 @@ class ContactState {
   void count_resting();
   void note_contacts(double until);
 
-  const BeamChain* beam_;
-  std::span<const double> mass_;
-  std::vector<Support> supports_;
+  const MassPoints* points_;
+  const Contacts* contacts_;
   ContactParameters parameters_;
   double length_ = 0.0;  // of the motion [m]
-  std::vector<ContactSet> runs_;
+  std::span<const ContactSet> runs_;
   std::vector<std::int32_t> resting_;
   std::size_t local_resting_ = 0;
   std::vector<double> impulse_;                        // per support, up to the start of the step, all ranks

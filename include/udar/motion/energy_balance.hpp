@@ -62,7 +62,7 @@ class EnergyBalance {
   /// @}
 
  private:
-  [[nodiscard]] bool on_first_rank() const { return equations_->beam().begin() == 0; }
+  [[nodiscard]] bool on_first_rank() const { return equations_->points().begin() == 0; }
 
   Equations* equations_;
   const ContactState* contact_;

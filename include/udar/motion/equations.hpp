@@ -81,7 +81,6 @@ class Equations {
 
   /// Height of the reference axis at the local nodes [m].
   [[nodiscard]] std::span<const double> axis() const noexcept { return axis_; }
-  [[nodiscard]] const BeamChain& beam() const noexcept { return line_->beam(); }
   [[nodiscard]] const MassPoints& points() const noexcept { return line_->points(); }
   [[nodiscard]] FilteredStructure& line() const noexcept { return *line_; }
   [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }
