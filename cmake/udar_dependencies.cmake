@@ -1,5 +1,5 @@
-# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, LAPACK, zlib, yaml-cpp, nlohmann_json and
-# Boost's headers.
+# What udar links: MPI, PETSc (real, double), SLEPc, parallel HDF5, METIS, CHOLMOD, LAPACK, zlib, yaml-cpp,
+# nlohmann_json and Boost's headers.
 # All headers are SYSTEM.
 include(CheckCSourceCompiles)
 
@@ -60,6 +60,13 @@ add_library(udar_metis INTERFACE)
 target_include_directories(udar_metis SYSTEM INTERFACE ${UDAR_METIS_INCLUDE_DIR})
 target_link_libraries(udar_metis INTERFACE ${UDAR_METIS_LIBRARY})
 
+find_path(UDAR_CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
+find_library(UDAR_CHOLMOD_LIBRARY cholmod)
+mark_as_advanced(UDAR_CHOLMOD_INCLUDE_DIR UDAR_CHOLMOD_LIBRARY)
+if(NOT UDAR_CHOLMOD_INCLUDE_DIR OR NOT UDAR_CHOLMOD_LIBRARY)
+  message(FATAL_ERROR "CHOLMOD not found (Debian: libsuitesparse-dev); set UDAR_CHOLMOD_INCLUDE_DIR and "
+                      "UDAR_CHOLMOD_LIBRARY")
+endif()
 # What draws and what tests are written in: the first python3 that has the modules, of the PATH or the system's.
 function(udar_has_modules result interpreter)
   execute_process(COMMAND ${interpreter} -c "import h5py, matplotlib" RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)

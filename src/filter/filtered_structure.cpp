@@ -38,6 +38,14 @@ void choose_factorisation(PC preconditioner, MPI_Comm comm, PetscInt nodes) {
   }
 }
 
+/// That of a definite matrix, before options.
+void choose_cholesky(PC preconditioner, MPI_Comm comm) {
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  UDAR_CALL(PCSetType(preconditioner, PCCHOLESKY));
+  UDAR_CALL(PCFactorSetMatSolverType(preconditioner, size == 1 ? MATSOLVERCHOLMOD : MATSOLVERMUMPS));
+}
+
 void require_filter_frequency(double frequency) {
   if (!(frequency > 0.0) || !std::isfinite(frequency)) {
     throw InputError{"filter frequency: " + std::to_string(frequency) +
@@ -47,11 +55,11 @@ void require_filter_frequency(double frequency) {
 
 }  // namespace
 
-FilteredStructure::FilteredStructure(const BeamChain& beam, const FilterParameters& parameters)
-    : beam_{&beam}, parameters_{parameters} {
+FilteredStructure::FilteredStructure(const Structure& structure, const FilterParameters& parameters)
+    : structure_{&structure}, parameters_{parameters} {
   require_filter_frequency(parameters.filter_frequency);
   const petsc::LogScope scope{petsc::log_events().assemble};
-  operator_ = make_operator(beam, parameters);
+  operator_ = make_operator(structure, parameters);
   configure_solver();
 }
 
@@ -73,8 +81,11 @@ void FilteredStructure::configure_solver() {
   if (chain) {
     UDAR_CALL(PCSetType(preconditioner, kPcChain));
     UDAR_CALL(KSPSetType(solver_, KSPPREONLY));
+  } else if (operator_->definite()) {
+    choose_cholesky(preconditioner, operator_->comm());
+    UDAR_CALL(KSPSetType(solver_, KSPPREONLY));
   } else {
-    choose_factorisation(preconditioner, operator_->comm(), beam_->nodes());
+    choose_factorisation(preconditioner, operator_->comm(), points().total());
     // A direct solve and one step of iterative refinement: two Richardson iterations from zero.
     UDAR_CALL(KSPSetType(solver_, KSPRICHARDSON));
   }
@@ -83,7 +94,7 @@ void FilteredStructure::configure_solver() {
   if (other_type == PETSC_TRUE) {
     // 1e-12: what an iterative solver can reach here and the time integration does not notice.
     UDAR_CALL(KSPSetTolerances(solver_, 1e-12, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  } else if (!chain) {
+  } else if (!chain && !operator_->definite()) {
     UDAR_CALL(KSPSetNormType(solver_, KSP_NORM_NONE));
     UDAR_CALL(KSPSetTolerances(solver_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
   }
@@ -142,6 +153,9 @@ void FilteredStructure::solve_filtered(std::span<const FilterColumn> columns) {
   if (chain_ != nullptr) {
     return solve_by_chain(columns);
   }
+  if (columns.size() > 1 && operator_->definite()) {
+    return solve_together(columns);
+  }
   for (const FilterColumn& column : columns) {
     solve_by_ksp(column);
   }
@@ -188,9 +202,7 @@ void FilteredStructure::right_hand_side(const FilterColumn& column) {
   operator_->right_hand_side(column, {right.values(), operator_->unknowns()});
 }
 
-void FilteredStructure::solve_by_ksp(const FilterColumn& column) {
-  right_hand_side(column);
-  UDAR_CALL(KSPSolve(solver_, right_hand_side_, unknowns_));
+void FilteredStructure::require_convergence() const {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   UDAR_CALL(KSPGetConvergedReason(solver_, &reason));
   if (reason <= 0) {
@@ -199,6 +211,12 @@ void FilteredStructure::solve_by_ksp(const FilterColumn& column) {
     throw SolveError{std::string{"the line solve did not converge: "} + KSPConvergedReasons[reason] + " after " +
                      std::to_string(iterations) + " iterations (see -filter_ksp_monitor, -filter_ksp_view)"};
   }
+}
+
+void FilteredStructure::solve_by_ksp(const FilterColumn& column) {
+  right_hand_side(column);
+  UDAR_CALL(KSPSolve(solver_, right_hand_side_, unknowns_));
+  require_convergence();
   const bool due = check_due(1);
   ++solves_;
   if (due) {
@@ -207,6 +225,50 @@ void FilteredStructure::solve_by_ksp(const FilterColumn& column) {
 
   const petsc::ReadArray solution{unknowns_};
   operator_->extract({solution.values(), operator_->unknowns()}, column);
+}
+
+/// A direct solver reads its factor once for all columns.
+void FilteredStructure::solve_together(std::span<const FilterColumn> columns) {
+  const auto rows = static_cast<PetscInt>(operator_->unknowns());
+  const auto count = static_cast<PetscInt>(columns.size());
+  PetscInt held = 0;
+  if (right_hand_sides_ != nullptr) {
+    UDAR_CALL(MatGetSize(right_hand_sides_, nullptr, &held));
+  }
+  if (held != count) {
+    PetscInt all = 0;
+    UDAR_CALL(MatGetSize(op(), &all, nullptr));
+    for (petsc::Matrix* block : {&right_hand_sides_, &solutions_}) {
+      UDAR_CALL(MatCreateDense(operator_->comm(), rows, PETSC_DECIDE, all, count, nullptr, block->put()));
+    }
+  }
+  PetscInt pitch = 0;
+  double* values = nullptr;
+  UDAR_CALL(MatDenseGetLDA(right_hand_sides_, &pitch));
+  UDAR_CALL(MatDenseGetArrayWrite(right_hand_sides_, &values));
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    operator_->right_hand_side(columns[c], {values + static_cast<PetscInt>(c) * pitch, operator_->unknowns()});
+  }
+  UDAR_CALL(MatDenseRestoreArrayWrite(right_hand_sides_, &values));
+  UDAR_CALL(KSPMatSolve(solver_, right_hand_sides_, solutions_));
+  require_convergence();
+  const bool due = check_due(columns.size());
+  solves_ += count;
+  const double* solution = nullptr;
+  UDAR_CALL(MatDenseGetLDA(solutions_, &pitch));
+  UDAR_CALL(MatDenseGetArrayRead(solutions_, &solution));
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    operator_->extract({solution + static_cast<PetscInt>(c) * pitch, operator_->unknowns()}, columns[c]);
+  }
+  if (due) {
+    right_hand_side(columns.front());
+    const petsc::WriteArray unknowns{unknowns_};
+    std::copy_n(solution, operator_->unknowns(), unknowns.values());
+  }
+  UDAR_CALL(MatDenseRestoreArrayRead(solutions_, &solution));
+  if (due) {
+    check_residual(columns.front().displacement);
+  }
 }
 
 void FilteredStructure::check_residual(const double* displacement) {

@@ -3,34 +3,13 @@
 #include "udar/petsc/error.hpp"
 
 namespace udar {
-namespace {
-
-/// Ratio 12 EI / (kGA h^2) of bending to shear stiffness.
-double shear_ratio(const BeamElement& element) {
-  return 12.0 * element.shear_compliance / (element.flexural_compliance * element.length * element.length);
-}
-
-}  // namespace
 
 HermiteLine::HermiteLine(const BeamChain& beam, double filter_frequency) : BlockLine{beam, filter_frequency} {
   build();
 }
 
-HermiteLine::ElementTerms HermiteLine::element_terms(const BeamElement& element) const {
-  if (!LineData::present(element)) {
-    return {};
-  }
-  const double h = element.length;
-  const double ratio = shear_ratio(element);
-  const double base = 1.0 / (element.flexural_compliance * h * h * h * (1.0 + ratio));
-  return {.side = 12.0 * base + beam().parameters().tension / h,
-          .cross = 6.0 * h * base,
-          .diagonal = (4.0 + ratio) * h * h * base,
-          .coupling = (2.0 - ratio) * h * h * base};
-}
-
 BlockLine::ElementMatrix HermiteLine::element_matrix(const BeamElement& element) const {
-  const ElementTerms e = element_terms(element);
+  const HermiteElement e = hermite_element(element, beam().parameters().tension);
   return {{{e.side, e.cross, -e.side, e.cross},
            {e.cross, e.diagonal, -e.cross, e.coupling},
            {-e.side, -e.cross, e.side, -e.cross},
@@ -44,7 +23,7 @@ void HermiteLine::add_end(const BeamEnd& end, NodeTerms& terms) const {
 
 void HermiteLine::multiply(std::span<const double> unknowns, std::span<double> product) const {
   multiply_by(unknowns, product, [&](const BeamElement& element, const Pair& a, const Pair& b, Pair& to_a, Pair& to_b) {
-    const ElementTerms e = element_terms(element);
+    const HermiteElement e = hermite_element(element, beam().parameters().tension);
     const double rise = e.side * (a[0] - b[0]);
     const double turn = e.cross * (a[1] + b[1]);
     to_a = {rise + turn, e.cross * (a[0] - b[0]) + e.diagonal * a[1] + e.coupling * b[1]};

@@ -61,11 +61,12 @@ struct Wanted {
 /// Eigenvalues from the end asked for on, as many as have converged, and with `shapes` their vectors.
 std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
                                 std::vector<std::vector<double>>* shapes) {
-  const BeamChain& beam = line.beam();
+  const MassPoints& points = line.points();
+  const auto local = static_cast<PetscInt>(points.coordinates());
+  const PetscInt total = points.components() * points.total();
   FilterShare context{line};
   petsc::Matrix shell;
-  UDAR_CALL(MatCreateShell(beam.comm(), beam.local_nodes(), beam.local_nodes(), beam.nodes(), beam.nodes(), &context,
-                           shell.put()));
+  UDAR_CALL(MatCreateShell(points.comm(), local, local, total, total, &context, shell.put()));
   UDAR_CALL(MatShellSetOperation(shell, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
   petsc::Vector vector;
   UDAR_CALL(MatCreateVecs(shell, vector.put(), nullptr));
@@ -73,18 +74,19 @@ std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
   // there has a motion of its own.
   double* start = nullptr;
   UDAR_CALL(VecGetArrayWrite(vector, &start));
-  for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
-    const auto number = static_cast<double>(node);
-    start[node - beam.begin()] = beam.fixed(node) ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
+  for (PetscInt i = 0; i < local; ++i) {
+    const auto number = static_cast<double>(points.begin() + i);
+    const bool fixed = points.fixed(static_cast<std::size_t>(i));
+    start[i] = fixed ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
   }
   UDAR_CALL(VecRestoreArrayWrite(vector, &start));
   EigenSolver solver;
-  UDAR_CALL(EPSCreate(beam.comm(), solver.put()));
+  UDAR_CALL(EPSCreate(points.comm(), solver.put()));
   UDAR_CALL(EPSSetOptionsPrefix(solver, "filter_"));
   UDAR_CALL(EPSSetOperators(solver, shell, nullptr));
   UDAR_CALL(EPSSetProblemType(solver, EPS_HEP));
   UDAR_CALL(EPSSetWhichEigenpairs(solver, wanted.end));
-  UDAR_CALL(EPSSetDimensions(solver, std::min(wanted.count, beam.nodes()), PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetDimensions(solver, std::min(wanted.count, total), PETSC_DEFAULT, PETSC_DEFAULT));
   UDAR_CALL(EPSSetConvergenceTest(solver, wanted.measure));
   UDAR_CALL(EPSSetTolerances(solver, wanted.tolerance, PETSC_DEFAULT));
   std::array<Vec, 1> first{vector};
@@ -101,11 +103,10 @@ std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
     if (shapes != nullptr) {
       const double* entries = nullptr;
       UDAR_CALL(VecGetArrayRead(vector, &entries));
-      std::vector<double>& shape = shapes->emplace_back(entries, entries + beam.local_nodes());
+      std::vector<double>& shape = shapes->emplace_back(entries, entries + local);
       UDAR_CALL(VecRestoreArrayRead(vector, &entries));
       for (std::size_t node = 0; node < shape.size(); ++node) {
-        const bool held = beam.fixed(beam.begin() + static_cast<PetscInt>(node));
-        shape[node] = held ? 0.0 : shape[node] / std::sqrt(line.mass()[node]);
+        shape[node] = points.fixed(node) ? 0.0 : shape[node] / std::sqrt(line.mass()[node]);
       }
     }
   }
@@ -117,7 +118,7 @@ std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_sha
   // where the line is held.
   constexpr double kRigid = 1e-12;
   const PetscInt count = wanted.count;
-  wanted.count += line.beam().rigid_modes();
+  wanted.count += line.structure().rigid_modes();
   std::vector<std::vector<double>> shapes;
   const std::vector<double> values = eigenvalues(line, wanted, with_shapes ? &shapes : nullptr);
   const double wf = line.filter_frequency();

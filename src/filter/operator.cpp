@@ -1,12 +1,22 @@
 #include "udar/filter/operator.hpp"
 
+#include "udar/filter/assembled.hpp"
 #include "udar/filter/hermite_line.hpp"
 #include "udar/filter/mixed_line.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
 
-std::unique_ptr<FilterOperator> make_operator(const BeamChain& beam, const FilterParameters& parameters) {
+std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const FilterParameters& parameters) {
+  const BeamChain* chain = structure.chain();
+  if (chain == nullptr) {
+    if (parameters.unfiltered) {
+      throw InputError{"filter frequency: none is for beams alone; imported matrices need a number > 0 [rad/s]"};
+    }
+    return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points().mass(),
+                                               parameters.filter_frequency);
+  }
+  const BeamChain& beam = *chain;
   if (parameters.formulation == Formulation::mixed) {
     return std::make_unique<MixedLine>(beam, parameters.filter_frequency, parameters.unfiltered);
   }

@@ -30,6 +30,7 @@ class BlockLine : public FilterOperator {
   [[nodiscard]] double strain_energy(std::span<const double> displacement,
                                      std::span<const double> internal) const override;
   [[nodiscard]] const LineData* line() const override { return block_form_reason().empty() ? &line_ : nullptr; }
+  [[nodiscard]] bool definite() const override { return false; }  // repeated LU in natural order is faster for a chain
   [[nodiscard]] std::unique_ptr<ColumnSolver> with_springs(std::span<const ContactSpring> springs) const override;
   [[nodiscard]] double points_moved_together(std::size_t point) const override;
 

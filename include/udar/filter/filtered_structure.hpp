@@ -25,7 +25,9 @@ namespace udar {
 /// @note Options: `-filter_ksp_type`, `-filter_pc_type`, `-filter_mat_type`, ... (any PETSc solver option with the
 /// prefix `filter_`). Default: `preonly` and `chain`, which then solves without forming a right-hand side. Under
 /// tension and in the Hermite form: LU of the assembled matrix in natural order on one rank; on several, the same
-/// repeated on every rank up to 200 000 nodes, MUMPS beyond; and one refinement step.
+/// repeated on every rank up to 200 000 nodes, MUMPS beyond; and one refinement step. Of other matrices that are
+/// definite: `preonly` and Cholesky, by CHOLMOD on one rank, which orders by AMD or METIS as the factor is smaller, and
+/// by MUMPS on several.
 class FilteredStructure {
  public:
   FilteredStructure(const FilteredStructure&) = delete;
@@ -34,7 +36,7 @@ class FilteredStructure {
   /// Factors. @note Collective.
   /// @throws InputError if wf is not positive, or the chain solver is asked for what it cannot carry; petsc::Error if
   /// PETSc cannot set up the solver asked for
-  FilteredStructure(const BeamChain& beam, const FilterParameters& parameters);
+  FilteredStructure(const Structure& structure, const FilterParameters& parameters);
 
   /// @brief Solves (wf^2 M + C) Yc = wf^2 M Ym + F.
   /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node
@@ -73,8 +75,9 @@ class FilteredStructure {
     return std::max(parameters_.filter_frequency, corrected_.highest_frequency());
   }
 
-  [[nodiscard]] const BeamChain& beam() const noexcept { return *beam_; }
-  [[nodiscard]] const MassPoints& points() const noexcept { return beam_->points(); }
+  [[nodiscard]] const Structure& structure() const noexcept { return *structure_; }
+  [[nodiscard]] const MassPoints& points() const noexcept { return structure_->points(); }
+  [[nodiscard]] const BeamChain& beam() const noexcept { return *structure_->chain(); }  ///< of a chain alone
   [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
   /// What is solved with: internal forces, energy, springs at contact points.
   [[nodiscard]] FilterOperator& filter_operator() const noexcept { return *operator_; }
@@ -93,12 +96,14 @@ class FilteredStructure {
   void right_hand_side(const FilterColumn& column);
   void solve_by_chain(std::span<const FilterColumn> columns);
   void solve_by_ksp(const FilterColumn& column);
+  void require_convergence() const;
+  void solve_together(std::span<const FilterColumn> columns);
   void solve_filtered(std::span<const FilterColumn> columns);
   void correct_internal(std::span<const FilterColumn> columns);
   [[nodiscard]] bool check_due(std::size_t solves) const;
   void check_residual(const double* displacement);
 
-  const BeamChain* beam_;
+  const Structure* structure_;
   FilterParameters parameters_;
   std::unique_ptr<FilterOperator> operator_;
   petsc::LinearSolver solver_;
@@ -107,6 +112,8 @@ class FilteredStructure {
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;
   petsc::Vector residual_;
+  petsc::Matrix right_hand_sides_;  // of columns that are solved together
+  petsc::Matrix solutions_;
   double matrix_norm_ = 0.0;
   PetscInt solves_ = 0;
   double worst_residual_ = 0.0;

@@ -3,6 +3,7 @@
 /// The line by displacement and rotation.
 
 #include "udar/filter/block_line.hpp"
+#include "udar/structure/beam_matrices.hpp"
 
 namespace udar {
 
@@ -19,14 +20,6 @@ class HermiteLine final : public BlockLine {
   [[nodiscard]] std::string block_form_reason() const override { return "Hermite form"; }
 
  private:
-  /// Entries of an element's matrix; all zero of one that is not there.
-  struct ElementTerms {
-    double side = 0.0;
-    double cross = 0.0;
-    double diagonal = 0.0;
-    double coupling = 0.0;
-  };
-  [[nodiscard]] ElementTerms element_terms(const BeamElement& element) const;
   [[nodiscard]] ElementMatrix element_matrix(const BeamElement& element) const override;
   void add_end(const BeamEnd& end, NodeTerms& terms) const override;
   void multiply(std::span<const double> unknowns, std::span<double> product) const override;

@@ -15,7 +15,7 @@
 
 namespace udar {
 
-class BeamChain;
+class Structure;
 
 /// @brief How the bending line is discretised; both describe the same line.
 enum class Formulation : std::uint8_t {
@@ -102,6 +102,8 @@ class FilterOperator {
   [[nodiscard]] virtual const LineData* line() const = 0;
   /// Why it cannot: "tension", "Hermite form", or empty.
   [[nodiscard]] virtual std::string block_form_reason() const = 0;
+  /// Whether the matrix is positive definite, so that Cholesky is its solver by default.
+  [[nodiscard]] virtual bool definite() const = 0;
   /// @brief A solver for the structure in which contact springs take the place of the filter's at their points: those
   /// of the filter hold the structure to ground there, and the stretch is that of the contact springs.
   /// @param springs by ascending point; several at a point add up @note Collective; factors.
@@ -115,8 +117,9 @@ class FilterOperator {
   FilterOperator() = default;
 };
 
-/// @brief The operator of a beam: `MixedLine` or `HermiteLine`. The beam must live as long.
-/// @note Collective. @throws InputError if the formulation cannot give what is asked for
-[[nodiscard]] std::unique_ptr<FilterOperator> make_operator(const BeamChain& beam, const FilterParameters& parameters);
+/// @brief The operator of a structure, which must live as long: of a chain `MixedLine` or `HermiteLine`, else
+/// `AssembledOperator`. @note Collective. @throws InputError if it cannot give what is asked for
+[[nodiscard]] std::unique_ptr<FilterOperator> make_operator(const Structure& structure,
+                                                            const FilterParameters& parameters);
 
 }  // namespace udar

@@ -2,7 +2,7 @@
 /// @file
 /// What is simulated: masses on something elastic; it knows no filter, no contact and no time.
 
-#include <petscsys.h>
+#include <petscmat.h>
 
 #include "udar/structure/description.hpp"
 #include "udar/structure/field.hpp"
@@ -23,6 +23,8 @@ class Structure {
   [[nodiscard]] virtual const MassPoints& points() const = 0;
   /// The chain if it is one, for solvers that need no more than that; else null.
   [[nodiscard]] virtual const BeamChain* chain() const { return nullptr; }
+  /// Else its stiffness: `MATAIJ`, symmetric; each rank's rows are its coordinates, then its unknowns without mass.
+  [[nodiscard]] virtual Mat stiffness() const { return nullptr; }
   [[nodiscard]] virtual Topology topology() const = 0;
   /// How many rigid motions it has if nothing fixes it; at most so many modes have no frequency.
   [[nodiscard]] virtual PetscInt rigid_modes() const = 0;

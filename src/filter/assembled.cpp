@@ -1,0 +1,179 @@
+#include "udar/filter/assembled.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "udar/petsc/array.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/structure/matrix_file.hpp"
+
+namespace udar {
+
+AssembledOperator::AssembledOperator(Mat stiffness, std::span<const double> mass, double filter_frequency)
+    : wf2_{filter_frequency * filter_frequency}, mass_(mass.begin(), mass.end()) {
+  UDAR_CALL(PetscObjectGetComm(reinterpret_cast<PetscObject>(stiffness), &comm_));
+  collect(stiffness);
+  create_matrix(stiffness);
+}
+
+/// What the product with displacements of the points needs.
+void AssembledOperator::collect(Mat stiffness) {
+  UDAR_CALL(MatCreateVecs(stiffness, given_.put(), nullptr));
+  UDAR_CALL(VecSet(given_, 0.0));
+  PetscInt begin = 0;
+  PetscInt end = 0;
+  UDAR_CALL(MatGetOwnershipRange(stiffness, &begin, &end));
+  // Which columns are points: 1 there.
+  const petsc::Vector is_point = [&] {
+    petsc::Vector vector;
+    UDAR_CALL(VecDuplicate(given_, vector.put()));
+    const petsc::WriteArray values{vector};
+    std::fill_n(values.values(), mass_.size(), 1.0);
+    std::fill(values.values() + mass_.size(), values.values() + (end - begin), 0.0);
+    return vector;
+  }();
+  const std::vector<MatrixEntry> entries = local_entries(stiffness);
+  std::vector<PetscInt> columns;
+  for (PetscInt row = begin; row < end; ++row) {
+    columns.push_back(row);
+  }
+  for (const MatrixEntry& entry : entries) {
+    columns.push_back(entry.column);
+  }
+  std::ranges::sort(columns);
+  columns.erase(std::ranges::unique(columns).begin(), columns.end());
+  const auto count = static_cast<PetscInt>(columns.size());
+  petsc::IndexSet from;
+  UDAR_CALL(ISCreateGeneral(PETSC_COMM_SELF, count, columns.data(), PETSC_COPY_VALUES, from.put()));
+  UDAR_CALL(VecCreateSeq(PETSC_COMM_SELF, count, needed_.put()));
+  UDAR_CALL(VecScatterCreate(given_, from, needed_, nullptr, gather_.put()));
+  UDAR_CALL(VecScatterBegin(gather_, is_point, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  UDAR_CALL(VecScatterEnd(gather_, is_point, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  const petsc::ReadArray points{needed_};
+  // Sums that are rounding of what is summed up, by whoever assembled it, are none.
+  constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+  std::size_t next = 0;
+  for (PetscInt row = begin; row < end; ++row) {
+    first_.push_back(entries_.size());
+    long double sum = 0.0;
+    long double size = 0.0;
+    for (; next < entries.size() && entries[next].row == row; ++next) {
+      const MatrixEntry& entry = entries[next];
+      const auto place = static_cast<std::size_t>(std::ranges::lower_bound(columns, entry.column) - columns.begin());
+      if (points.values()[place] == 0.0) {
+        continue;
+      }
+      sum += entry.value;
+      size += std::abs(entry.value);
+      if (entry.column != row) {
+        entries_.push_back({.column = place, .value = entry.value});
+      }
+    }
+    row_sum_.push_back(std::abs(sum) <= kRounding * size ? 0.0 : static_cast<double>(sum));
+  }
+  first_.push_back(entries_.size());
+  own_ = static_cast<std::size_t>(std::ranges::lower_bound(columns, begin) - columns.begin());
+}
+
+/// S (wf^2 M + C) S, with powers of two in S: scaled entries keep their digits.
+void AssembledOperator::create_matrix(Mat stiffness) {
+  petsc::Vector diagonal;
+  UDAR_CALL(VecDuplicate(given_, diagonal.put()));
+  UDAR_CALL(MatGetDiagonal(stiffness, diagonal));
+  UDAR_CALL(MatDuplicate(stiffness, MAT_COPY_VALUES, matrix_.put()));
+  {
+    const petsc::WriteArray values{diagonal};
+    PetscInt count = 0;
+    UDAR_CALL(VecGetLocalSize(diagonal, &count));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+      values.values()[i] += i < mass_.size() ? wf2_ * mass_[i] : 0.0;
+      scale_.push_back(std::exp2(-std::round(0.5 * std::log2(values.values()[i]))));
+    }
+  }
+  UDAR_CALL(MatDiagonalSet(matrix_, diagonal, INSERT_VALUES));
+  {
+    const petsc::WriteArray values{diagonal};
+    std::ranges::copy(scale_, values.values());
+  }
+  UDAR_CALL(MatDiagonalScale(matrix_, diagonal, diagonal));
+  UDAR_CALL(PetscObjectSetName(reinterpret_cast<PetscObject>(static_cast<Mat>(matrix_)), "filtered_structure"));
+  UDAR_CALL(MatSetOptionsPrefix(matrix_, "filter_"));
+  UDAR_CALL(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
+  UDAR_CALL(MatSetOption(matrix_, MAT_SPD, PETSC_TRUE));
+}
+
+double AssembledOperator::norm() const {
+  double norm = 0.0;
+  UDAR_CALL(MatNorm(matrix_, NORM_INFINITY, &norm));
+  return norm;
+}
+
+void AssembledOperator::right_hand_side(const FilterColumn& column, std::span<double> values) const {
+  {
+    const petsc::WriteArray given{given_};
+    std::copy_n(column.displacement, mass_.size(), given.values());
+  }
+  UDAR_CALL(VecScatterBegin(gather_, given_, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  UDAR_CALL(VecScatterEnd(gather_, given_, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  const petsc::ReadArray needed{needed_};
+  const double* u = needed.values();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    // Any reference is right; a point's own displacement, or that of one beside it, is near.
+    const bool alone = first_[i] == first_[i + 1];
+    const double near = i < mass_.size() || alone ? u[own_ + i] : u[entries_[first_[i]].column];
+    double sum = row_sum_[i] * near;
+    for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) {
+      sum += entries_[k].value * (u[entries_[k].column] - near);
+    }
+    const double force = i < mass_.size() && column.force != nullptr ? column.force[i] : 0.0;
+    values[i] = scale_[i] * (force - sum);
+  }
+}
+
+void AssembledOperator::extract(std::span<const double> unknowns, const FilterColumn& column) const {
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    column.stretch[i] = scale_[i] * unknowns[i];
+    if (column.internal != nullptr) {
+      column.internal[i] = (column.force != nullptr ? column.force[i] : 0.0) - wf2_ * mass_[i] * column.stretch[i];
+    }
+  }
+}
+
+void AssembledOperator::unknowns_of(const FilterColumn& /*column*/, std::span<double> /*unknowns*/) const {
+  throw InputError{"imported matrices are not solved by columns: not all of their unknowns have mass"};
+}
+
+double AssembledOperator::largest_unknown(const double* displacement) const {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    largest = std::max(largest, std::abs(displacement[i] / scale_[i]));
+  }
+  return largest;
+}
+
+void AssembledOperator::internal_of(std::span<const double> /*displacement*/, std::span<double> /*internal*/) {
+  throw InputError{"filter frequency: none is for beams: imported matrices are not integrated without a filter"};
+}
+
+void AssembledOperator::shear(std::span<const double> /*internal*/, std::span<double> shear) const {
+  std::ranges::fill(shear, 0.0);
+}
+
+double AssembledOperator::strain_energy(std::span<const double> displacement, std::span<const double> internal) const {
+  double energy = 0.0;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    energy += 0.5 * displacement[i] * internal[i];
+  }
+  return energy;
+}
+
+std::unique_ptr<ColumnSolver> AssembledOperator::with_springs(std::span<const ContactSpring> /*springs*/) const {
+  throw InputError{"springs at contact points need the chain solver, and there is none for imported matrices"};
+}
+
+double AssembledOperator::points_moved_together(std::size_t /*point*/) const {
+  throw InputError{"springs at contact points need the chain solver, and there is none for imported matrices"};
+}
+
+}  // namespace udar
