@@ -250,7 +250,7 @@ REFUSED = {
     "restart_file_is_text": ({"restart_file": "table.csv"}, ["-restart_file", "table.csv"]),
     "restart_file_of_another_mesh": (
         {"restart_file": "done/restart.h5", "beam_elements": 24},
-        ["-restart_file", "done/restart.h5", "21", "25"],
+        ["-restart_file", "done/restart.h5", "beam elements: 20 there, 24 here"],
     ),
     "missing_yaml": ({"options_file": "absent.yaml"}, ["absent.yaml"]),
     "yaml_is_a_folder": ({"options_file": "folder.yaml"}, ["folder.yaml"]),

@@ -42,11 +42,11 @@ class Features {
 
 /// @brief A type of `TS` that udar can run, as the list of them in configure.cpp has it.
 struct IntegratorType {
-  const char* name;                 ///< for `-ts_type`
-  Features can;                     ///< see `Feature`
-  const char* knows;                ///< the same in words, for who asked for more
-  PetscErrorCode (*enroll)();       ///< makes it known to PETSc; null: PETSc's own
-  std::int64_t default_up_to = -1;  ///< so many nodes that can touch something it is a default
+  const char* name = nullptr;            ///< for `-ts_type`
+  Features can;                          ///< see `Feature`
+  const char* knows = nullptr;           ///< the same in words, for who asked for more
+  PetscErrorCode (*enroll)() = nullptr;  ///< makes it known to PETSc; null: PETSc's own
+  std::int64_t default_up_to = -1;       ///< so many nodes that can touch something it is a default
 };
 
 }  // namespace udar
