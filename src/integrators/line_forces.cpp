@@ -69,10 +69,10 @@ double LineForces::missed_of(double tau) const {
   const double left = 1.0 - tau;
   double sum = -0.5 * left * left;
   double moment = -left * left * left / 6.0;
-  for (std::size_t q = 0; q < kPoints.size(); ++q) {
-    const double ramp = kPoints[q].weight * std::max(kPoints[q].at - tau, 0.0);
+  for (const auto& point : kPoints) {
+    const double ramp = point.weight * std::max(point.at - tau, 0.0);
     sum += ramp;
-    moment += (1.0 - kPoints[q].at) * ramp;
+    moment += (1.0 - point.at) * ramp;
   }
   return std::max({std::abs(sum), std::abs(moment), kink_miss(sweep_->terms, tau)});
 }

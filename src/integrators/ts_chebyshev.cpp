@@ -480,6 +480,7 @@ class Chebyshev final : public ProblemIntegrator {
   /// What resting masses pressed, by intervals: a step may be much longer than what a force is averaged over.
   void track_pressing(const std::vector<Sample>& samples) {
     std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
+    sums.reserve(samples.size());
     for (const Sample& at : samples) {
       sums.push_back(motion_->weights(-1, at.time));
     }

@@ -119,7 +119,7 @@ PetscInt PlacedPoints::nearest(const Place& place) const {
   const auto x_of = [this](std::size_t point) { return place_[point].x; };
   const auto from = std::ranges::lower_bound(by_x_, place.x, {}, x_of);
   std::array<double, 1> least{kInfinity};
-  const auto walk = [&](auto begin, auto end, const auto& visit) {
+  const auto walk = [&](const auto& begin, const auto& end, const auto& visit) {
     for (auto at = begin; at != end && std::abs(x_of(*at) - place.x) <= (1.0 + 3.0 * kNearTolerance) * least[0]; ++at) {
       visit(*at, distance(place_[*at], place));
     }

@@ -55,6 +55,7 @@ nlohmann::ordered_json spread(const Timed& timed, double unit) {
   return {{"median", timed.median() * unit}, {"low", timed.best() * unit}, {"high", timed.worst() * unit}};
 }
 
+// NOLINTNEXTLINE(readability-non-const-parameter): MPI_User_function has it so
 void combine_sweep(void* from, void* into, int* length, MPI_Datatype* /*type*/) {
   constexpr int kCount = 21;
   for (int i = 0; i < *length; ++i) {

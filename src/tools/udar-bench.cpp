@@ -50,7 +50,7 @@ constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
 struct Form {
   std::string name;
   Formulation formulation = Formulation::mixed;
-  Options options{};  // NOLINT(readability-redundant-member-init): else GCC warns of designated initializers
+  Options options{};
   PetscInt most_elements = 1'000'000'000;  // beyond, a solve takes too long to be worth a line in the table
 };
 

@@ -309,7 +309,7 @@ struct ByPetsc {
     UDAR_CALL(VecAssemblyEnd(right));
   }
   /// Normwise backward error of `found`.
-  [[nodiscard]] double backward_error() {
+  [[nodiscard]] double backward_error() const {
     double largest = 0.0;
     double scale = 0.0;
     double norm = 0.0;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: medium
+# size: long
 """The answer does not depend on the number of ranks, and a restarted run goes on as if it had never stopped."""
 
 import pathlib

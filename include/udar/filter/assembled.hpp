@@ -55,7 +55,7 @@ class AssembledOperator final : public FilterOperator {
   void collect(Mat stiffness);
   void create_matrix(Mat stiffness);
 
-  MPI_Comm comm_;
+  MPI_Comm comm_ = MPI_COMM_NULL;
   double wf2_;
   std::vector<double> mass_;
   std::vector<double> scale_;       // of each unknown
