@@ -13,28 +13,18 @@
 #include <string>
 #include <vector>
 
+#include "support/steel_beam.hpp"
 #include "support/world.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/beam_matrices.hpp"
 #include "udar/structure/matrix_file.hpp"
-#include "udar/structure/section.hpp"
 
 namespace udar {
 namespace {
 
+using test::steel_beam;
 using test::world_rank;
-
-/// That of example 01: 10 m, a solid circle of steel.
-BeamParameters steel_beam(PetscInt elements) {
-  const Section section = circle_section(0.1, 0.3);
-  BeamParameters beam;
-  beam.segments.push_back({.length = 10.0,
-                           .elements = elements,
-                           .bending_stiffness = 2.1e11 * section.inertia,
-                           .mass_per_length = 7850.0 * section.area});
-  return beam;
-}
 
 std::string scratch(const std::string& name) {
   int size = 1;
