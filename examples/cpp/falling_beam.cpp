@@ -14,18 +14,19 @@ namespace {
 /// Prints where the middle of the beam is, on the rank that owns it.
 class MiddlePrinter final : public udar::Observer {
  public:
-  explicit MiddlePrinter(const udar::BeamChain& beam) : beam_{&beam}, node_{beam.nearest_node(0.5 * beam.length())} {}
+  explicit MiddlePrinter(const udar::MassPoints& points)
+      : points_{&points}, node_{points.nearest({.x = points.extent().middle()})} {}
   [[nodiscard]] double interval() const override { return 0.1; }
   void snapshot(const udar::Snapshot& state) override {
-    if (node_ >= beam_->begin() && node_ < beam_->end()) {
-      const auto i = static_cast<std::size_t>(node_ - beam_->begin());
+    if (points_->owns(node_)) {
+      const auto i = static_cast<std::size_t>(node_ - points_->begin());
       std::printf("t %.1f s: mass %+.6f m, line %+.6f m, moment %+.4e N m\n", state.time,
                   state.values("mass_position")[i], state.values("line_position")[i], state.values("moment")[i]);
     }
   }
 
  private:
-  const udar::BeamChain* beam_;
+  const udar::MassPoints* points_;
   PetscInt node_;
 };
 
@@ -47,7 +48,7 @@ int main(int argc, char** argv) {
     udar::Model model{PETSC_COMM_WORLD, parameters};
     udar::ImpactDynamics dynamics{model};
 
-    MiddlePrinter printer{model.beam};
+    MiddlePrinter printer{model.structure->points()};
     dynamics.add_observer(printer);
     dynamics.solve();
 

@@ -16,6 +16,7 @@
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "app/run_costs.hpp"
@@ -56,7 +57,7 @@ double longest_sample(const Case& input) {
   return (input.filter.unfiltered ? 2.0 : 0.25 * std::numbers::pi) / input.filter.filter_frequency;
 }
 
-io::RunLayout make_layout(const Case& input, const FilteredStructure& line) {
+io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std::vector<FieldInfo> fields) {
   const BeamChain& beam = line.beam();
   io::RunLayout layout;
   layout.comm = beam.comm();
@@ -65,7 +66,7 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line) {
   layout.filter_frequency = input.filter.filter_frequency;
   layout.longest_sample = longest_sample(input);
   layout.options_text = petsc::effective_options();
-  layout.fields = ImpactDynamics::fields();
+  layout.fields = std::move(fields);
   layout.peaks = {{.name = "stress", .unit = "Pa", .field = "moment", .factor = {}},
                   {.name = "utilisation", .unit = "1", .field = "moment", .factor = {}}};
   for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
@@ -264,7 +265,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
                   }
                 }
               }};
-  const BeamChain& beam = model.beam;
+  const BeamChain& beam = *model.structure->chain();
   FilteredStructure& line = model.line;
   ImpactDynamics dynamics{model};
   if (help) {
@@ -292,7 +293,7 @@ RunResult run(MPI_Comm comm, const MakeListener& listener) {
   io::SupportForces forces{input.supports.size(), input.output.interval, input.output.force_window, sampling};
   io::Peaks peaks;
   std::vector<std::unique_ptr<Observer>> observers =
-      io::make_run_writers(make_layout(input, line), input.output.directory, input.output.interval,
+      io::make_run_writers(make_layout(input, line, dynamics.fields()), input.output.directory, input.output.interval,
                            input.output.field_interval, &forces, &peaks);
   const io::RunFiles files{comm, input.output.directory};
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, beam, observers);

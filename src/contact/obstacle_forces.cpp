@@ -129,7 +129,7 @@ struct ObstacleForces::Callbacks {
 
 ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoint> points)
     : line_{&line}, free_{operator_of(line).with_springs({})} {
-  const BeamChain& beam = line.beam();
+  const MassPoints& beam = line.points();
   for (const LinePoint& point : points) {
     node_.push_back(point.node - beam.begin());
     side_.push_back(point.side);

@@ -94,8 +94,7 @@ PointRows touched_points(const MassPoints& points, const Support& support) {
   if (std::isinf(support.width)) {
     return points.all();
   }
-  return support.width == 0.0 ? points.single(points.nearest({.x = support.position}))
-                              : points.within(support.from(), support.to());
+  return support.width == 0.0 ? points.section(support.position) : points.within(support.from(), support.to());
 }
 
 Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) {

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "udar/filter/bending_fields.hpp"
 #include "udar/motion/motion_scale.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
@@ -88,7 +87,7 @@ ImpactDynamics::ImpactDynamics(Model& model)
       problem_{.equations = &model.equations,
                .contact = &contact_,
                .scale = motion_scale(model.equations, model.initial, model.contacts.sets, asked_end_time())},
-      contact_{model.beam.points(), model.contacts, with_defaults(model.contact, problem_.scale)},
+      contact_{model.structure->points(), model.contacts, with_defaults(model.contact, problem_.scale)},
       kinks_{model.loads, model.contacts.supports},
       balance_{model.equations, contact_, kinks_},
       state_{place_masses(model.initial)},
@@ -102,12 +101,12 @@ ImpactDynamics::ImpactDynamics(Model& model)
 
 /// The state of the TS at the start, masses on their own side of every support.
 petsc::Vector ImpactDynamics::place_masses(const InitialState& initial) {
-  const MassState masses = initial_masses(model_->beam.points(), initial);
-  refuse_overlap(model_->beam.points(), contact_, model_->contacts.sets, masses);
+  const MassState masses = initial_masses(model_->structure->points(), initial);
+  refuse_overlap(model_->structure->points(), contact_, model_->contacts.sets, masses);
   contact_.measure(problem_.scale.length);
   petsc::Vector state;
-  UDAR_CALL(
-      VecCreateMPI(model_->beam.points().comm(), static_cast<PetscInt>(2 * count()), PETSC_DETERMINE, state.put()));
+  UDAR_CALL(VecCreateMPI(model_->structure->points().comm(), static_cast<PetscInt>(2 * count()), PETSC_DETERMINE,
+                         state.put()));
   const WriteArray access{state};
   std::ranges::copy(masses.position, access.values());
   std::ranges::copy(masses.velocity, access.values() + count());
@@ -142,27 +141,35 @@ void ImpactDynamics::jump_loads(double begin) {
 bool ImpactDynamics::stop_between_rows(PetscInt rows) const {
   constexpr PetscInt kMostRows = 64;
   constexpr PetscInt kMostNodes = 2000000;  // some tenths of a second for the rows of so many nodes together
-  const PetscInt every = std::clamp(kMostNodes / model_->beam.points().total(), PetscInt{1}, kMostRows);
+  const PetscInt every = std::clamp(kMostNodes / model_->structure->points().total(), PetscInt{1}, kMostRows);
   if (!stop_requested_ || rows == 0 || rows % every != 0) {
     return false;
   }
   int stop = stop_requested_() ? 1 : 0;
-  MPI_Allreduce(MPI_IN_PLACE, &stop, 1, MPI_INT, MPI_MAX, model_->beam.points().comm());
+  MPI_Allreduce(MPI_IN_PLACE, &stop, 1, MPI_INT, MPI_MAX, model_->structure->points().comm());
   return stop != 0;
 }
 
-std::vector<FieldInfo> ImpactDynamics::fields() {
+std::vector<FieldInfo> ImpactDynamics::fields() const {
+  const auto internal = model_->line.filter_operator().internal_fields();
   std::vector<FieldInfo> all{kMotionFields.begin(), kMotionFields.end()};
-  all.insert(all.end(), kBendingFields.begin(), kBendingFields.end());
+  all.insert(all.end(), internal.begin(), internal.end());
   all.push_back(kRestingField);
   return all;
 }
 
-std::vector<Field> ImpactDynamics::Row::fields() const {
+std::vector<Field> ImpactDynamics::fields_of(const Row& row) const {
   using Numbers = std::span<const double>;
-  return {{kMotionFields[0], Numbers{masses.position}}, {kMotionFields[1], Numbers{masses.velocity}},
-          {kMotionFields[2], Numbers{line_position}},   {kBendingFields[0], Numbers{line.moment}},
-          {kBendingFields[1], Numbers{shear}},          {kRestingField, std::span<const std::uint8_t>{resting}}};
+  std::vector<Field> all{{kMotionFields[0], Numbers{row.masses.position}},
+                         {kMotionFields[1], Numbers{row.masses.velocity}},
+                         {kMotionFields[2], Numbers{row.line_position}}};
+  Numbers values = row.internal;
+  for (const FieldInfo& field : model_->line.filter_operator().internal_fields()) {
+    all.push_back({field, values.first(count())});
+    values = values.subspan(count());
+  }
+  all.push_back({kRestingField, std::span<const std::uint8_t>{row.resting}});
+  return all;
 }
 
 void ImpactDynamics::emit_snapshots(double until) {
@@ -175,7 +182,7 @@ void ImpactDynamics::emit_snapshots(double until) {
     last_row_time_ = schedule_.next();
     const double within = std::min(last_row_time_, until);
     fill(row, within, until);
-    const std::vector<Field> fields = row.fields();
+    const std::vector<Field> fields = fields_of(row);
     Snapshot snapshot{
         .time = last_row_time_, .fields = fields, .energy = balance_.ledger(), .support_impulse = row.support_impulse};
     schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting); });
@@ -189,7 +196,7 @@ ToleratedError ImpactDynamics::tolerated_error() const {
   ToleratedError tolerated{.share = stepping_.tolerance};
   if (!stepping_.integrator->fixed_step()) {
     const double error = static_cast<double>(steps_) * stepping_.tolerance * problem_.scale.velocity;
-    tolerated.energy = kMargin * model_->beam.points().total_mass() * error * error;
+    tolerated.energy = kMargin * model_->structure->points().total_mass() * error * error;
   }
   return tolerated;
 }
@@ -200,12 +207,13 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   row.masses.position.resize(count());
   row.masses.velocity.resize(count());
   row.resting.resize(count());
-  row.shear.resize(count());
   step.masses(time, row.masses.position, row.masses.velocity, row.resting);
   const PetscInt solves = model_->line.solves();
   model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true);
   row_line_solves_ += model_->line.solves() - solves;
-  model_->line.filter_operator().shear(row.line.moment, row.shear);
+  const FilterOperator& filter = model_->line.filter_operator();
+  row.internal.resize(filter.internal_fields().size() * count());
+  filter.internal_values(row.line.moment, row.internal);
   row.support_impulse.assign(contact_.support_impulses().size(), 0.0);  // within the step
   contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
   balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses}, step,
@@ -317,7 +325,7 @@ void ImpactDynamics::judge_step(double time, double& stop) {
   contact_.commit(time, told);
   stop = told[0];
   if (told[1] != 0.0) {
-    throw_together<SolveError>(model_->beam.points().comm(), fallen);
+    throw_together<SolveError>(model_->structure->points().comm(), fallen);
   }
   standstill_.see(time_, time, contact_.any_events(), step_was_cut_);
 }

@@ -11,6 +11,11 @@ ContactParameters resolved(ContactParameters contact, const FilterParameters& fi
   return contact;
 }
 
+const InitialState& checked(const MassPoints& points, const InitialState& initial) {
+  refuse_shape(points, initial);
+  return initial;
+}
+
 FilteredStructure& prepared(FilteredStructure& line, const std::function<void(FilteredStructure&)>& prepare) {
   if (prepare) {
     prepare(line);
@@ -28,12 +33,19 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contact
 
 }  // namespace
 
+std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters) {
+  if (parameters.imported) {
+    return std::make_unique<ImportedStructure>(comm, *parameters.imported);
+  }
+  return std::make_unique<BeamChain>(comm, parameters.beam);
+}
+
 Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare)
-    : beam{comm, parameters.beam},
-      line{beam, parameters.filter},
-      loads{beam.points(), parameters.gravity, parameters.loads},
-      initial{parameters.initial},
-      contacts{find_contacts(beam.points(), parameters.supports)},
+    : structure{make_structure(comm, parameters)},
+      line{*structure, parameters.filter},
+      loads{structure->points(), parameters.gravity, parameters.loads},
+      initial{checked(structure->points(), parameters.initial)},
+      contacts{find_contacts(structure->points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},
       equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, contacts, contact)} {}
 

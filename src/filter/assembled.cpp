@@ -1,6 +1,7 @@
 #include "udar/filter/assembled.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -156,8 +157,13 @@ void AssembledOperator::internal_of(std::span<const double> /*displacement*/, st
   throw InputError{"filter frequency: none is for beams: imported matrices are not integrated without a filter"};
 }
 
-void AssembledOperator::shear(std::span<const double> /*internal*/, std::span<double> shear) const {
-  std::ranges::fill(shear, 0.0);
+std::span<const FieldInfo> AssembledOperator::internal_fields() const {
+  static constexpr std::array kFields{FieldInfo{.name = "elastic_force", .unit = "N", .extremes = true}};
+  return kFields;
+}
+
+void AssembledOperator::internal_values(std::span<const double> internal, std::span<double> values) const {
+  std::ranges::copy(internal, values.begin());
 }
 
 double AssembledOperator::strain_energy(std::span<const double> displacement, std::span<const double> internal) const {

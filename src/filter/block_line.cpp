@@ -201,7 +201,9 @@ double BlockLine::largest_unknown(const double* displacement) const {
   return largest;
 }
 
-void BlockLine::shear(std::span<const double> internal, std::span<double> shear) const {
+void BlockLine::internal_values(std::span<const double> internal, std::span<double> values) const {
+  std::ranges::copy(internal, values.begin());
+  const std::span<double> shear = values.subspan(internal.size());
   const std::size_t count = internal.size();
   const double next = beam_->exchange<1>({internal.front()}, {internal.back()}).right[0];
   for (std::size_t i = 0; i < count; ++i) {

@@ -3,44 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "udar/contact/impact_law.hpp"
+#include "udar/filter/own_share.hpp"
 #include "udar/local/step_maps.hpp"
 #include "udar/numerics/power_series.hpp"
 
 namespace udar {
 
-namespace {
-
-/// How much of a mass's displacement the line takes on at once at its node: dx / 2 l on an even Winkler bed of decay
-/// length l = (4 EI / rhoA wf^2)^(1/4), four times that at an end.
-double kink_share(const BeamChain& beam, double frequency, std::size_t node) {
-  const PetscInt global = beam.begin() + static_cast<PetscInt>(node);
-  double compliance = std::numeric_limits<double>::infinity();
-  double length = 0.0;
-  bool end = false;
-  for (const BeamElement& element : {beam.element(global - 1), beam.element(global)}) {
-    const bool present = std::isfinite(element.flexural_compliance);
-    compliance = std::min(compliance, element.flexural_compliance);
-    length += present ? 0.5 * element.length : 0.0;
-    end = end || !present;
-  }
-  const double bed = beam.mass(global) * frequency * frequency / length;
-  const double decay = std::sqrt(std::sqrt(4.0 / (compliance * bed)));
-  return std::min(1.0, (end ? 2.0 : 0.5) * length / decay);
-}
-
-}  // namespace
-
-TouchingMasses::TouchingMasses(Sweep& sweep, ContactState& contact, const BeamChain& beam)
+TouchingMasses::TouchingMasses(Sweep& sweep, ContactState& contact, FilteredStructure& structure)
     : sweep_{&sweep}, contact_{&contact}, supports_{sweep, contact}, line_distance_{sweep, contact, supports_} {
   free_.fill(1.0);
   kink_share_.assign(contact.runs().empty() ? 0 : sweep.count, 0.0F);
+  std::vector<std::size_t> nodes;
   for (const ContactSet& run : contact.runs()) {
     for (std::size_t node = run.first; node < run.last; ++node) {
-      kink_share_[node] = static_cast<float>(kink_share(beam, sweep.frequency, node));
+      nodes.push_back(node);
     }
+  }
+  std::ranges::sort(nodes);
+  nodes.erase(std::ranges::unique(nodes).begin(), nodes.end());
+  const std::vector<float> shares = own_shares(structure, nodes);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    kink_share_[nodes[i]] = shares[i];
   }
 }
 

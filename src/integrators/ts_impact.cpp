@@ -244,7 +244,7 @@ class Impact final : public ProblemIntegrator {
     sweep_.axis = equations_->axis();
     sweep_.mass = equations_->line().mass();
     line_.emplace(*equations_, sweep_);
-    touching_.emplace(sweep_, *contact_, equations_->line().beam());
+    touching_.emplace(sweep_, *contact_, equations_->line());
     if (equations_->line_contact() != nullptr) {
       line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <iomanip>
+#include <utility>
 #include <vector>
 
 #include "udar/petsc/error.hpp"
@@ -85,11 +86,12 @@ void write_places(const BeamChain& beam, const Numbering& numbering, const std::
   std::string fault;
   if (rank == 0) {
     std::ofstream file{path};
-    file << "x,y,z\n" << std::setprecision(17);
+    file << "x,y,z,direction\n" << std::setprecision(17);
     for (PetscInt node = 0; node < beam.nodes(); ++node) {
-      for (const PetscInt unknown : numbering.of_node[static_cast<std::size_t>(node)]) {
+      const auto& [displacement, rotation] = numbering.of_node[static_cast<std::size_t>(node)];
+      for (const auto& [unknown, direction] : {std::pair{displacement, Direction::y}, {rotation, Direction::other}}) {
         if (unknown >= 0) {
-          file << beam.position(node) << ",0,0\n";
+          file << beam.position(node) << ",0,0," << static_cast<int>(direction) << '\n';
         }
       }
     }

@@ -50,6 +50,8 @@ class ChainPoints final : public MassPoints {
     return rows;
   }
 
+  [[nodiscard]] PointRows section(double x) const override { return single(beam_->nearest_node(x)); }
+
   [[nodiscard]] std::vector<PointShare> lever(const Place& place) const override {
     const auto [near, far] = beam_->lever(place.x);
     std::vector<PointShare> shares{{.point = near.node, .share = near.share}};

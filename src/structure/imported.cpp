@@ -97,17 +97,20 @@ ImportedStructure::ImportedStructure(MPI_Comm comm, const ImportParameters& para
     throw InputError{of_mass + ": " + std::to_string(size_of(mass)[0]) + " unknowns are not allowed, expected " +
                      std::to_string(unknowns_) + " as in `" + of_stiffness + "`"};
   }
-  if (!parameters.places.empty() && parameters.places.size() != static_cast<std::size_t>(unknowns_)) {
-    throw InputError{"structure points: " + std::to_string(parameters.places.size()) +
-                     " places are not allowed, expected one for each of the " + std::to_string(unknowns_) +
-                     " unknowns"};
+  const auto count = static_cast<std::size_t>(unknowns_);
+  for (const auto& [given, what] :
+       {std::pair{parameters.places.size(), " places"}, std::pair{parameters.directions.size(), " directions"}}) {
+    if (given != 0 && given != count) {
+      throw InputError{"structure points: " + std::to_string(given) + what +
+                       " are not allowed, expected one for each of the " + std::to_string(unknowns_) + " unknowns"};
+    }
   }
   make_symmetric(of_stiffness, comm, stiffness);
   make_symmetric(of_mass, comm, mass);
   const petsc::Vector masses = lumped(mass, parameters.lumping);
   check_unknowns(stiffness, masses);
   check_pivots(stiffness, masses);
-  order(stiffness, masses, parameters.places);
+  order(stiffness, masses, parameters);
 }
 
 petsc::Vector ImportedStructure::lumped(Mat mass, Lumping lumping) {
@@ -207,7 +210,10 @@ void ImportedStructure::check_pivots(Mat stiffness, Vec mass) {
   rigid_modes_ = std::max(kOfOneBody, small);
 }
 
-void ImportedStructure::order(Mat stiffness, Vec mass, const std::vector<Place>& places) {
+void ImportedStructure::order(Mat stiffness, Vec mass, const ImportParameters& parameters) {
+  const auto direction = [&](PetscInt row) {
+    return parameters.directions.empty() ? Direction::y : parameters.directions[static_cast<std::size_t>(row)];
+  };
   PetscInt first = 0;
   PetscInt last = 0;
   UDAR_CALL(MatGetOwnershipRange(stiffness, &first, &last));
@@ -217,13 +223,17 @@ void ImportedStructure::order(Mat stiffness, Vec mass, const std::vector<Place>&
   PointTable table;
   {
     const petsc::ReadArray masses{mass};
-    std::ranges::stable_partition(rows, [&](PetscInt row) { return masses.values()[row - first] > 0.0; });
+    const auto without =
+        std::ranges::stable_partition(rows, [&](PetscInt row) { return masses.values()[row - first] > 0.0; });
+    std::ranges::stable_partition(rows.begin(), without.begin(),
+                                  [&](PetscInt row) { return direction(row) == Direction::y; });
     for (const PetscInt row : rows) {
       if (const double m = masses.values()[row - first]; m > 0.0) {
         table.mass.push_back(m);
         table.number.push_back(row);
-        table.place.push_back(places.empty() ? Place{.x = static_cast<double>(row)}
-                                             : places[static_cast<std::size_t>(row)]);
+        table.direction.push_back(direction(row));
+        table.place.push_back(parameters.places.empty() ? Place{.x = static_cast<double>(row)}
+                                                        : parameters.places[static_cast<std::size_t>(row)]);
       }
     }
   }

@@ -1,6 +1,9 @@
 #include "udar/structure/initial_state.hpp"
 
+#include <string>
+
 #include "udar/numerics/polyline.hpp"
+#include "udar/petsc/error.hpp"
 
 namespace udar {
 
@@ -10,7 +13,7 @@ std::vector<double> reference_axis(const MassPoints& points, const InitialState&
   axis.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
     const Place place = points.place(point);
-    axis.push_back(place.y + initial.axis(place.x, extent));
+    axis.push_back(points.direction(point) == Direction::y ? place.y + initial.axis(place.x, extent) : 0.0);
   }
   return axis;
 }
@@ -20,7 +23,11 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
   const double middle = points.extent().middle();
   masses.velocity.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
-    const double x = points.place(point).x;
+    const auto [x, y, z] = points.place(point);
+    if (points.direction(point) != Direction::y) {
+      masses.velocity.push_back(points.direction(point) == Direction::x ? -initial.angular_velocity * y : 0.0);
+      continue;
+    }
     const bool fixed = points.fixed(point);
     masses.position[point] += fixed ? 0.0 : interpolate(initial.shape.x, initial.shape.offset, x);
     masses.velocity.push_back(fixed ? 0.0
@@ -28,6 +35,16 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
                                           interpolate(initial.shape.x, initial.shape.velocity, x));
   }
   return masses;
+}
+
+void refuse_shape(const MassPoints& points, const InitialState& initial) {
+  std::string fault;
+  for (std::size_t point = 0; point < points.points() && !initial.shape.x.empty(); ++point) {
+    if (points.direction(point) != Direction::y) {
+      fault = "initial shape: not allowed where unknowns move along x or z, expected none: it gives heights alone";
+    }
+  }
+  throw_together<InputError>(points.comm(), fault);
 }
 
 }  // namespace udar

@@ -9,8 +9,8 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   nodes_ = points.points();
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
-    for (const double mass : points.mass()) {
-      weight_.push_back(-gravity * mass);
+    for (std::size_t point = 0; point < nodes_; ++point) {
+      weight_.push_back(points.direction(point) == Direction::y ? -gravity * points.mass()[point] : 0.0);
     }
   }
   for (const NodalLoad& load : nodal) {

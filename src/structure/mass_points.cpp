@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <sstream>
 #include <string>
 
@@ -30,9 +29,10 @@ std::string fault_of(const PointTable& table, int components) {
   const std::size_t points = table.place.size();
   std::ostringstream fault;
   if (table.mass.size() != static_cast<std::size_t>(components) * points ||
-      (!table.number.empty() && table.number.size() != points)) {
+      (!table.number.empty() && table.number.size() != points) ||
+      (!table.direction.empty() && (table.direction.size() != points || components != 1))) {
     fault << "points: " << points << " places, but " << table.mass.size() << " masses of " << components
-          << " components and " << table.number.size() << " numbers";
+          << " components, " << table.number.size() << " numbers and " << table.direction.size() << " directions";
   } else if (std::ranges::any_of(table.mass, [](double mass) { return !(mass >= 0.0) || std::isinf(mass); })) {
     fault << "points: a mass is not allowed, expected numbers >= 0 [kg]";
   } else if (!std::ranges::all_of(table.place, is_number)) {
@@ -69,9 +69,12 @@ MassPoints::MassPoints(MPI_Comm comm, int components, std::vector<double> mass, 
 }
 
 double MassPoints::reference(std::size_t coordinate) const {
+  if (components_ == 1) {
+    return direction(coordinate) == Direction::y ? place(coordinate).y : 0.0;
+  }
   const std::size_t component = coordinate / points();
   const Place at = place(coordinate % points());
-  return components_ == 1 || component == 1 ? at.y : component == 0 ? at.x : at.z;
+  return component == 1 ? at.y : component == 0 ? at.x : at.z;
 }
 
 PointRows MassPoints::all() const {
@@ -100,17 +103,23 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
     : MassPoints{comm, components, std::move(table.mass), std::move(table.fixed)},
       place_{std::move(table.place)},
       number_{std::move(table.number)},
-      by_x_(place_.size()) {
-  std::iota(by_x_.begin(), by_x_.end(), std::size_t{0});
+      direction_{std::move(table.direction)} {
+  for (std::size_t point = 0; point < points(); ++point) {
+    if (direction(point) == Direction::y) {
+      by_x_.push_back(point);
+      total_mass_ += this->mass()[point];
+    }
+  }
   std::ranges::stable_sort(by_x_, {}, [this](std::size_t point) { return place_[point].x; });
   std::array<double, 2> ends{-kInfinity, -kInfinity};  // negative, so that one reduction finds both
   if (!by_x_.empty()) {
     ends = {-place_[by_x_.front()].x, place_[by_x_.back()].x};
   }
   MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, comm);
+  if (!(ends[1] >= -ends[0])) {
+    throw InputError{"structure points: no unknown with mass moves along y, where supports and gravity act"};
+  }
   extent_ = {.from = -ends[0], .to = ends[1]};
-  const std::span<const double> first = mass().first(points());
-  total_mass_ = std::accumulate(first.begin(), first.end(), 0.0);
   MPI_Allreduce(MPI_IN_PLACE, &total_mass_, 1, MPI_DOUBLE, MPI_SUM, comm);
 }
 
@@ -138,6 +147,23 @@ PetscInt PlacedPoints::nearest(const Place& place) const {
   });
   MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm());
   return first;
+}
+
+PointRows PlacedPoints::section(double x) const {
+  const auto x_of = [this](std::size_t point) { return place_[point].x; };
+  const auto right = std::ranges::lower_bound(by_x_, x, {}, x_of);
+  std::array<double, 2> away{kInfinity, kInfinity};  // to the left and to the right
+  if (right != by_x_.begin()) {
+    away[0] = x - x_of(*(right - 1));
+  }
+  if (right != by_x_.end()) {
+    away[1] = x_of(*right) - x;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, away.data(), 2, MPI_DOUBLE, MPI_MIN, comm());
+  const bool left = std::isfinite(away[0]) && away[0] - away[1] <= 2.0 * kNearTolerance * (away[0] + away[1]);
+  const double nearest = left ? x - away[0] : x + away[1];
+  const double thickness = kEndTolerance * extent_.length();  // of points whose x was typed
+  return within(nearest - thickness, nearest + thickness);
 }
 
 PointRows PlacedPoints::within(double from, double to) const {

@@ -14,8 +14,9 @@
 #include <vector>
 
 #include "tools/timing.hpp"
-#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/filter/bending_fields.hpp"
 #include "udar/io/results_file.hpp"
+#include "udar/motion/observer.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/beam_chain.hpp"
 
@@ -56,7 +57,10 @@ void output(const BeamChain& beam, const std::string& directory, long repeats) {
     layout.mass = field;
     const std::vector<std::uint8_t> resting(count);
     std::vector<Field> shown;
-    for (const FieldInfo& info : ImpactDynamics::fields()) {
+    std::vector<FieldInfo> infos{kMotionFields.begin(), kMotionFields.end()};
+    infos.insert(infos.end(), kBendingFields.begin(), kBendingFields.end());
+    infos.push_back(kRestingField);
+    for (const FieldInfo& info : infos) {
       shown.push_back(info.flag ? Field{info, std::span<const std::uint8_t>{resting}}
                                 : Field{info, std::span<const double>{field}});
       layout.fields.push_back(info);

@@ -35,6 +35,7 @@ constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotation
 
 /// A whole run: build, then set PETSc options that shape the integration, then `solve`.
 struct Fall : Model {
+  const BeamChain& beam = *structure->chain();
   ImpactDynamics dynamics;
 
   explicit Fall(const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare = {})

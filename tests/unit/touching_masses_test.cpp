@@ -62,7 +62,8 @@ struct FlatStep {
 
   /// @return how many masses it took on
   std::size_t move() {
-    TouchingMasses touching{sweep, contact, beam};
+    FilteredStructure line{beam, {.filter_frequency = sweep.frequency}};
+    TouchingMasses touching{sweep, contact, line};
     Tally tally;
     SweepMaxima largest;
     touching.begin(tally);

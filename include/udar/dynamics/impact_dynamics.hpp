@@ -69,7 +69,7 @@ class ImpactDynamics {
   [[nodiscard]] const ContactState& contact() const noexcept { return contact_; }
   [[nodiscard]] const EnergyLedger& energy() const noexcept { return balance_.ledger(); }  ///< at the last snapshot
   /// What snapshots hold, in this order.
-  [[nodiscard]] static std::vector<FieldInfo> fields();
+  [[nodiscard]] std::vector<FieldInfo> fields() const;
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].
   [[nodiscard]] MassState masses() const;
 
@@ -90,10 +90,8 @@ class ImpactDynamics {
     std::vector<std::uint8_t> resting;
     LineState line;
     std::vector<double> line_position;
-    std::vector<double> shear;
+    std::vector<double> internal;  ///< of the operator's internal fields, one behind the other
     std::vector<double> support_impulse;
-
-    [[nodiscard]] std::vector<Field> fields() const;
   };
 
   [[nodiscard]] petsc::Vector place_masses(const InitialState& initial);
@@ -107,6 +105,7 @@ class ImpactDynamics {
   void emit_snapshots(double until);
   [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
   void fill(Row& row, double time, double until);
+  [[nodiscard]] std::vector<Field> fields_of(const Row& row) const;
   [[nodiscard]] ToleratedError tolerated_error() const;
   void jump_loads(double begin);
   [[nodiscard]] std::size_t count() const { return model_->line.mass().size(); }

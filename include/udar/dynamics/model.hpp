@@ -5,6 +5,8 @@
 #include <mpi.h>
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "udar/contact/support.hpp"
@@ -12,6 +14,7 @@
 #include "udar/motion/contact_state.hpp"
 #include "udar/motion/equations.hpp"
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/imported.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
 
@@ -20,6 +23,7 @@ namespace udar {
 /// @brief What a model is made of; plain values.
 struct ModelParameters {
   BeamParameters beam{};
+  std::optional<ImportParameters> imported{};  ///< in place of the beam
   FilterParameters filter{};
   double gravity = 9.81;  ///< [m/s^2]
   std::vector<NodalLoad> loads{};
@@ -29,10 +33,13 @@ struct ModelParameters {
   ContactParameters contact{};
 };
 
-/// @brief Beam, line, loads and equations, in the order in which they need each other, and what `ImpactDynamics` runs
-/// them with. They refer to each other and stay where they are.
+/// @brief What is simulated. @note Collective. @throws as `BeamChain` and `ImportedStructure`
+[[nodiscard]] std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters);
+
+/// @brief Structure, line, loads and equations, in the order in which they need each other, and what `ImpactDynamics`
+/// runs them with. They refer to each other and stay where they are.
 struct Model {
-  BeamChain beam;
+  std::unique_ptr<const Structure> structure;
   FilteredStructure line;
   Loads loads;
   InitialState initial;

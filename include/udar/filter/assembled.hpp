@@ -37,7 +37,8 @@ class AssembledOperator final : public FilterOperator {
   [[nodiscard]] double largest_unknown(const double* displacement) const override;
   [[nodiscard]] std::size_t internal_numbers() const override { return 1; }  // the elastic force
   void internal_of(std::span<const double> displacement, std::span<double> internal) override;
-  void shear(std::span<const double> internal, std::span<double> shear) const override;
+  [[nodiscard]] std::span<const FieldInfo> internal_fields() const override;
+  void internal_values(std::span<const double> internal, std::span<double> values) const override;
   [[nodiscard]] double strain_energy(std::span<const double> displacement,
                                      std::span<const double> internal) const override;
   [[nodiscard]] const LineData* line() const override { return nullptr; }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "udar/filter/bending_fields.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/petsc/handle.hpp"
 #include "udar/structure/beam_chain.hpp"
@@ -26,7 +27,8 @@ class BlockLine : public FilterOperator {
   [[nodiscard]] double norm() const override;
   [[nodiscard]] double largest_unknown(const double* displacement) const override;
   [[nodiscard]] std::size_t internal_numbers() const override { return 1; }  // the moment
-  void shear(std::span<const double> internal, std::span<double> shear) const override;
+  [[nodiscard]] std::span<const FieldInfo> internal_fields() const override { return kBendingFields; }
+  void internal_values(std::span<const double> internal, std::span<double> values) const override;
   [[nodiscard]] double strain_energy(std::span<const double> displacement,
                                      std::span<const double> internal) const override;
   [[nodiscard]] const LineData* line() const override { return block_form_reason().empty() ? &line_ : nullptr; }

@@ -12,6 +12,7 @@
 
 #include "udar/filter/filter_column.hpp"
 #include "udar/filter/line_data.hpp"
+#include "udar/structure/field.hpp"
 
 namespace udar {
 
@@ -90,9 +91,11 @@ class FilterOperator {
   /// @brief Internal forces where the structure stands at given places. @param[in] displacement Yc [m], local points
   /// @note Collective: a solve. @throws InputError if this operator cannot; SolveError if the solve diverges
   virtual void internal_of(std::span<const double> displacement, std::span<double> internal) = 0;
-  /// @brief dM/dx in the element to the right of each local point [N]; 0 where there is none.
-  /// @note Collective: one message to each neighbour.
-  virtual void shear(std::span<const double> internal, std::span<double> shear) const = 0;
+  /// What snapshots show of them.
+  [[nodiscard]] virtual std::span<const FieldInfo> internal_fields() const = 0;
+  /// @brief Values of these fields. @param[out] values as many as local points for each, field by field
+  /// @note Collective: one message to each neighbour at most.
+  virtual void internal_values(std::span<const double> internal, std::span<double> values) const = 0;
   /// @brief Elastic energy [J], this rank's share. @param[in] displacement Yc minus the stress-free place [m], local
   /// points @note Collective: one message to each neighbour at most.
   [[nodiscard]] virtual double strain_energy(std::span<const double> displacement,

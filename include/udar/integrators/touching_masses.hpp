@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "udar/contact/support.hpp"
+#include "udar/filter/filtered_structure.hpp"
 #include "udar/integrators/line_distance.hpp"
 #include "udar/integrators/step_supports.hpp"
 #include "udar/integrators/sweep.hpp"
@@ -25,7 +26,7 @@ namespace udar {
 class TouchingMasses {
  public:
   /// All outlive this object.
-  TouchingMasses(Sweep& sweep, ContactState& contact, const BeamChain& beam);
+  TouchingMasses(Sweep& sweep, ContactState& contact, FilteredStructure& structure);
   TouchingMasses(const TouchingMasses&) = delete;
   TouchingMasses& operator=(const TouchingMasses&) = delete;
   ~TouchingMasses() = default;

@@ -25,14 +25,16 @@ struct ImportParameters {
   std::string stiffness;  ///< file, see `read_matrix`; [N/m] of displacements
   std::string mass;       ///< file; [kg] of displacements
   Lumping lumping = Lumping::row;
-  std::vector<Place> places;  ///< of each unknown, equal on every rank; empty: x is its number
+  std::vector<Place> places{};          ///< of each unknown, equal on every rank; empty: x is its number
+  std::vector<Direction> directions{};  ///< the same, which way it moves; empty: all along y
 };
 
 /// @brief Masses and stiffness of a structure in scalar unknowns: each unknown that has mass is a point which moves in
 /// its own direction, the others follow without inertia.
 ///
 /// Unknowns are numbered from 0 in the order of the files. Each rank has a contiguous piece of them; within it those
-/// with mass come first. The stiffness may let the whole move rigidly. Source: docs/theory.md, "Imported matrices"
+/// with mass come first, of these those that move along y. The stiffness may let the whole move rigidly. Source:
+/// docs/theory.md, "Imported matrices"
 class ImportedStructure final : public Structure {
  public:
   /// Reads, checks, lumps. @note Collective; rank 0 factors the whole stiffness once.
@@ -56,7 +58,7 @@ class ImportedStructure final : public Structure {
   [[nodiscard]] petsc::Vector lumped(Mat mass, Lumping lumping);
   void check_unknowns(Mat stiffness, Vec mass) const;
   void check_pivots(Mat stiffness, Vec mass);
-  void order(Mat stiffness, Vec mass, const std::vector<Place>& places);
+  void order(Mat stiffness, Vec mass, const ImportParameters& parameters);
 
   MPI_Comm comm_;
   PetscInt unknowns_ = 0;

@@ -13,7 +13,7 @@ struct InitialState {
   double height = 0.0;            ///< of the axis at mid-length above y = 0 [m]
   double slope = 0.0;             ///< of the axis [-]
   double velocity = 0.0;          ///< of all masses, y up [m/s]
-  double angular_velocity = 0.0;  ///< about mid-length, counter-clockwise [rad/s]
+  double angular_velocity = 0.0;  ///< about mid-length and y = 0 of its own axes, counter-clockwise [rad/s]
   /// A shape added to the axis, linear between its points, constant beyond them; may be empty.
   struct Shape {
     std::vector<double> x;         ///< [m], strictly ascending
@@ -31,8 +31,11 @@ struct MassState {
   std::vector<double> position;  ///< [m]
   std::vector<double> velocity;  ///< [m/s]
 };
-/// @brief Where nothing strains the structure [m], one value per local point.
+/// @brief Where nothing strains the structure [m], one value per local point; 0 where it does not move along y.
 [[nodiscard]] std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial);
 [[nodiscard]] MassState initial_masses(const MassPoints& points, const InitialState& initial);
+/// @brief Refuses a shape of points that move along x or z, too.
+/// @note Collective. @throws InputError on all ranks
+void refuse_shape(const MassPoints& points, const InitialState& initial);
 
 }  // namespace udar

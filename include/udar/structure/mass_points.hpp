@@ -19,6 +19,9 @@ struct Place {
   double z = 0.0;
 };
 
+/// @brief Which way a point of one component moves: along an axis, or no displacement at all, such as a rotation.
+enum class Direction : std::uint8_t { other, x, y, z };
+
 /// @brief From the leftmost point to the rightmost, along x [m].
 struct Extent {
   double from = 0.0;
@@ -79,28 +82,34 @@ class MassPoints {
   [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }
   /// Whether a coordinate never moves.
   [[nodiscard]] bool fixed(std::size_t coordinate) const { return std::ranges::binary_search(fixed_, coordinate); }
+  /// Which way a local point of a structure with one component moves. What acts along y - gravity, loads, supports -
+  /// and what reads it finds points of that direction alone.
+  [[nodiscard]] virtual Direction direction(std::size_t /*point*/) const { return Direction::y; }
   /// Where a local point stands as long as nothing strains the structure, without its initial state.
   [[nodiscard]] virtual Place place(std::size_t point) const = 0;
-  /// The same of one coordinate [m].
+  /// The same of one coordinate [m]: its height; 0 of a point that moves another way, whose coordinate is how far it
+  /// went.
   [[nodiscard]] double reference(std::size_t coordinate) const;
   /// Number of a local point in the model of the user.
   [[nodiscard]] virtual std::int64_t number(std::size_t point) const { return global(point); }
 
   /// Equal on every rank.
   [[nodiscard]] virtual Extent extent() const = 0;
-  [[nodiscard]] virtual double total_mass() const = 0;  ///< of one component [kg]
+  [[nodiscard]] virtual double total_mass() const = 0;  ///< of what moves along y [kg]
 
-  /// @name Searches. Collective: each may take a reduction.
+  /// @name Searches among points that move along y. Collective: each may take a reduction.
   /// @{
   /// The nearest point, the first of those equally near.
   [[nodiscard]] virtual PetscInt nearest(const Place& place) const = 0;
   /// All points with x in [from, to], edges included to their rounding.
   [[nodiscard]] virtual PointRows within(double from, double to) const = 0;
+  /// All points with the x that is nearest, the smaller of two equally near.
+  [[nodiscard]] virtual PointRows section(double x) const = 0;
+  /// All of them.
+  [[nodiscard]] virtual PointRows all() const;
   /// What a force at a place is dealt to, so that force and moment stay where that can be; equal on every rank.
   [[nodiscard]] virtual std::vector<PointShare> lever(const Place& place) const { return {{nearest(place), 1.0}}; }
   /// @}
-  /// All of them.
-  [[nodiscard]] PointRows all() const;
   /// One by its global number. @note Collective: one reduction.
   [[nodiscard]] PointRows single(PetscInt global) const;
 
@@ -120,33 +129,41 @@ class MassPoints {
 
 /// @brief What places points that know no more than where they stand: one entry a local point, but for `fixed`.
 struct PointTable {
-  std::vector<double> mass;          ///< [kg], of each coordinate, component by component
-  std::vector<Place> place;          ///< [m]
-  std::vector<std::size_t> fixed;    ///< coordinates that never move, ascending
-  std::vector<std::int64_t> number;  ///< in the model of the user; empty: as they stand
+  std::vector<double> mass;            ///< [kg], of each coordinate, component by component
+  std::vector<Place> place;            ///< [m]
+  std::vector<std::size_t> fixed;      ///< coordinates that never move, ascending
+  std::vector<std::int64_t> number;    ///< in the model of the user; empty: as they stand
+  std::vector<Direction> direction{};  ///< of one component; empty: all along y
 };
 
 /// @brief Points anywhere, in any order.
 class PlacedPoints final : public MassPoints {
  public:
-  /// @note Collective. @throws InputError on all ranks if sizes do not fit, a mass is negative or a number is none
+  /// @note Collective. @throws InputError on all ranks if sizes do not fit, a mass is negative, a number is none, or
+  /// nothing moves along y
   PlacedPoints(MPI_Comm comm, int components, PointTable table);
 
   [[nodiscard]] Place place(std::size_t point) const override { return place_[point]; }
   [[nodiscard]] std::int64_t number(std::size_t point) const override {
     return number_.empty() ? MassPoints::number(point) : number_[point];
   }
+  [[nodiscard]] Direction direction(std::size_t point) const override {
+    return direction_.empty() ? Direction::y : direction_[point];
+  }
   [[nodiscard]] Extent extent() const override { return extent_; }
   [[nodiscard]] double total_mass() const override { return total_mass_; }
   [[nodiscard]] PetscInt nearest(const Place& place) const override;
   [[nodiscard]] PointRows within(double from, double to) const override;
+  [[nodiscard]] PointRows section(double x) const override;
+  [[nodiscard]] PointRows all() const override { return within(extent_.from, extent_.to); }
 
  private:
   PlacedPoints(PointTable&& table, MPI_Comm comm, int components);
 
   std::vector<Place> place_;
   std::vector<std::int64_t> number_;
-  std::vector<std::size_t> by_x_;  // local points, ascending by x, then by number
+  std::vector<Direction> direction_;
+  std::vector<std::size_t> by_x_;  // local points that move along y, ascending by x, then by number
   Extent extent_;
   double total_mass_ = 0.0;
 };
