@@ -1,4 +1,6 @@
+#include "udar/app/program.hpp"
 #include "udar/app/run.hpp"
+#include "udar/app/stop_signals.hpp"
 
 namespace {
 
@@ -18,8 +20,11 @@ constexpr const char* kHelp =
     "Each line reads: key <value now>, what it takes [unit], range; then what it means.\n"
     "-help support shows the keys with that word alone, -help ts and -help pc those of PETSc; -version who is who.\n";
 
+int run_case(MPI_Comm comm) {
+  const udar::app::StopSignals signals;
+  return udar::app::run(comm, {.stop_signal = udar::app::StopSignals::received}).exit_code;
+}
+
 }  // namespace
 
-int main(int argc, char** argv) {
-  return udar::app::guarded_main(argc, argv, kHelp, [](MPI_Comm comm) { return udar::app::run(comm).exit_code; });
-}
+int main(int argc, char** argv) { return udar::app::guarded_main(argc, argv, kHelp, run_case); }

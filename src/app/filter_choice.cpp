@@ -44,6 +44,20 @@ std::vector<Mode> modes_in_band(MPI_Comm comm, const BeamParameters& beam, const
   return modes;
 }
 
+/// The lowest modes: six for the view, else three. They do not depend on a fine mesh: they are taken from a coarser one
+/// where the line has more elements than that needs.
+std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
+  constexpr PetscInt kEchoed = 3;
+  const MPI_Comm comm = line.beam().comm();
+  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, kEchoed);
+  if (!coarse) {
+    return lowest_modes(line, input.view ? 6 : kEchoed);
+  }
+  const BeamChain coarse_beam{comm, *coarse};
+  FilteredStructure coarse_line{coarse_beam, input.filter};
+  return lowest_modes(coarse_line, kEchoed);
+}
+
 }  // namespace
 
 std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam, PetscInt modes) {
@@ -149,6 +163,16 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
                           numbers.size() * sizeof(double)));
   }
   return numbers;
+}
+
+std::vector<Mode> settle_modes(FilteredStructure& line, const Case& input) {
+  std::vector<Mode> modes = modes_to_show(input, line);
+  for (const PetscInt number : correct_modes(line, input.exact)) {
+    if (number <= static_cast<PetscInt>(modes.size())) {
+      modes[static_cast<std::size_t>(number - 1)].corrected = true;
+    }
+  }
+  return modes;
 }
 
 }  // namespace udar::app

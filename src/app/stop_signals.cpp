@@ -4,7 +4,6 @@
 #include <csignal>
 #include <cstdint>
 #include <ctime>
-#include <utility>
 
 namespace udar::app {
 namespace {
@@ -13,7 +12,6 @@ constexpr std::array kAskToStop{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
 
 volatile std::sig_atomic_t signal_received = 0;
 volatile std::sig_atomic_t second_received = 0;  // of the monotonic clock, modulo what fits
-bool taken = false;
 
 std::sig_atomic_t now() noexcept {
   timespec time{};
@@ -33,10 +31,7 @@ extern "C" void remember_signal(int number) {
 
 }  // namespace
 
-StopSignals::StopSignals() : outermost_{!std::exchange(taken, true)} {
-  if (!outermost_) {
-    return;
-  }
+StopSignals::StopSignals() {
   signal_received = 0;
   struct sigaction remember{};
   remember.sa_handler = remember_signal;
@@ -56,7 +51,6 @@ StopSignals::~StopSignals() {
   for (const Earlier& earlier : earlier_) {
     sigaction(earlier.signal, &earlier.action, nullptr);
   }
-  taken = taken && !outermost_;
 }
 
 int StopSignals::received() noexcept { return signal_received; }

@@ -24,6 +24,7 @@
 #include "tools/timing.hpp"
 #include "udar/app/case.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/app/program.hpp"
 #include "udar/app/run.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"

@@ -19,6 +19,7 @@
 #include "tools/study_plan.hpp"
 #include "tools/study_quantities.hpp"
 #include "tools/study_report.hpp"
+#include "udar/app/program.hpp"
 #include "udar/app/run.hpp"
 #include "udar/app/stop_signals.hpp"
 #include "udar/petsc/error.hpp"
@@ -142,11 +143,12 @@ class Group {
     outcome.reason = app::failure_of(comm, [&] {
       std::optional<study::Sampler> sampler;
       app::Case input;
-      const app::RunResult result =
-          app::run(comm, [&](const app::Case& seen, const BeamChain& beam, std::span<const double> mass) -> Observer& {
-            input = seen;
-            return sampler.emplace(seen, beam, mass);
-          });
+      const auto listener = [&](const app::Case& seen, const BeamChain& beam,
+                                std::span<const double> mass) -> Observer& {
+        input = seen;
+        return sampler.emplace(seen, beam, mass);
+      };
+      const app::RunResult result = app::run(comm, {.listener = listener, .stop_signal = app::StopSignals::received});
       code = result.exit_code;
       outcome.quantities = study::quantities(input, result.summary, *sampler);
     });
@@ -242,7 +244,7 @@ std::string write_file(const std::string& path, const std::string& text) {
 }
 
 int run_study(MPI_Comm comm) {
-  const app::StopSignals signals;  // also between the runs
+  const app::StopSignals signals;
   if (petsc::effective_options().empty()) {
     UDAR_CALL(PetscPrintf(comm, "%s", kHelp));
     return 1;

@@ -29,4 +29,8 @@ namespace udar::app {
 /// @throws InputError if there is no such mode, or only one of two with the same frequency is asked for
 std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact);
 
+/// @brief Computes the lowest modes, six for `-udar_view`, else three, then corrects those asked for.
+/// @note Collective. @throws as `correct_modes`
+[[nodiscard]] std::vector<Mode> settle_modes(FilteredStructure& line, const Case& input);
+
 }  // namespace udar::app

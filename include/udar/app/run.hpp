@@ -27,20 +27,15 @@ struct RunResult {
 /// [kg]. The listener stays the caller's and must outlive the run. Called on all ranks.
 using MakeListener = std::function<Observer&(const Case&, const BeamChain&, std::span<const double>)>;
 
+/// @brief What a program adds to a run; each may be empty.
+struct RunHooks {
+  MakeListener listener{};
+  std::function<int()> stop_signal{};  ///< the signal by which this rank is asked to end in order; 0: none so far
+};
+
 /// @brief Reads the case from the options database, runs it and writes its files.
-/// @param[in] listener empty: none besides those that write the files
 /// @note Collective; any part of `PETSC_COMM_WORLD` will do. Says what it has to say through `PETSC_STDOUT` and
 /// `PETSC_STDERR`. @throws InputError, SolveError, FileError, petsc::Error
-RunResult run(MPI_Comm comm, const MakeListener& listener = {});
-
-/// @brief What `body` failed with, empty if it did not; the program ends here if only some ranks of `comm` failed,
-/// which would leave the others waiting.
-/// @note Collective; the message is that of this rank.
-[[nodiscard]] std::string failure_of(MPI_Comm comm, const std::function<void()>& body);
-
-/// @brief Runs `program` between start and end of PETSc and turns every failure into one line `udar: error: ...` on
-/// standard error and exit code 1, on all ranks, also when only some of them failed.
-/// @param help printed first by `-help`
-int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm));
+RunResult run(MPI_Comm comm, const RunHooks& hooks = {});
 
 }  // namespace udar::app

@@ -28,7 +28,6 @@ class StopSignals {
     int signal;
     struct sigaction action;
   };
-  bool outermost_;
   std::vector<Earlier> earlier_;
 };
 

@@ -1,46 +1,18 @@
 #pragma once
 /// @file
-/// What a run says about itself on the terminal.
+/// What `-udar_view` shows: the case as it was understood, and what was built of it.
 
-#include <chrono>
+#include <vector>
 
 #include "udar/app/case.hpp"
+#include "udar/app/filter_warnings.hpp"
 #include "udar/filter/modes.hpp"
 
 namespace udar::app {
 
-/// @brief How far the filter springs under a support give way when the beam falls on them.
-struct SupportSprings {
-  double stiffness = 0.0;      ///< wf^2 times the masses that the supports below can touch [N/m]; 0 without supports
-  double drop = 0.0;           ///< smallest initial gap [m]
-  double predicted_sag = 0.0;  ///< of a rigid beam on these springs, m g / k + sqrt((m g / k)^2 + v^2 m / k) [m]
-};
-/// @note Collective.
-[[nodiscard]] SupportSprings support_springs(const FilteredStructure& line, const Case& input);
-
-/// @brief Prints case, sizes, frequencies and supports. @note Collective; printed by rank 0.
+/// @brief Prints the parameters of the case by the names that restart files have them by, sizes, places and stiffness
+/// of what was built, and the lowest modes, one line each. @note Collective; printed by rank 0.
 void print_view(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                 const SupportSprings& springs);
-
-/// @brief Prints a warning for each way in which the filter distorts the answer by more than 10 %.
-/// @note Collective; printed by rank 0 on standard error.
-void print_warnings(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
-                    const SupportSprings& springs);
-
-/// @brief One line that shows where a long run stands; silent unless standard output is a terminal.
-class ProgressLine final : public Observer {
- public:
-  explicit ProgressLine(MPI_Comm comm);
-  void step(const Progress& progress) override;
-  void finish() override;
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool visible_ = false;
-  bool printed_ = false;
-  double first_time_ = -1.0;
-  Clock::time_point begin_;
-  Clock::time_point last_;
-};
 
 }  // namespace udar::app

@@ -1,0 +1,60 @@
+#include "app/checkpoint_writer.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "app/run_layout.hpp"
+#include "udar/app/describe_case.hpp"
+#include "udar/io/checkpoint.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/structure/description.hpp"
+
+namespace udar::app {
+
+CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam,
+                                   std::span<const std::unique_ptr<Observer>> others)
+    : dynamics_{&dynamics},
+      order_{beam.comm(), node_range(beam)},
+      path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
+      interval_{input.restart.interval},
+      parameters_{describe(input).parameters()} {
+  for (const auto& other : others) {
+    others_.push_back(other.get());
+  }
+  set_next(0.0);
+}
+
+void CheckpointWriter::step(const Progress& progress) {
+  if (interval_ > 0.0 && progress.time >= next_) {
+    for (Observer* other : others_) {
+      other->flush();
+    }
+    write();
+    set_next(progress.time);
+  }
+}
+void CheckpointWriter::write() const {
+  MotionState state = dynamics_->save();
+  state.parameters = parameters_;
+  io::write_checkpoint(order_, path_, state);
+}
+
+/// The least multiple of the interval above `time`, or `time` itself if their distance is below its last digit.
+void CheckpointWriter::set_next(double time) {
+  next_ = interval_ > 0.0 ? time + (interval_ - std::fmod(time, interval_)) : 0.0;
+}
+
+MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
+  const auto accept = [&](std::span<const Parameter> there) {
+    const std::string differ = differences(there, describe(input).parameters());
+    if (!differ.empty()) {
+      throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
+    }
+  };
+  const io::PointOrder order{beam.comm(), node_range(beam)};
+  MotionState state = io::read_checkpoint(order, input.restart.file, accept);
+  dynamics.restore(state);
+  return state;
+}
+
+}  // namespace udar::app

@@ -1,0 +1,122 @@
+#include "app/run_report.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "udar/app/echo.hpp"
+#include "udar/io/versions.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/warnings.hpp"
+
+namespace udar::app {
+namespace {
+
+// An energy balance that is off by more than this is worth a warning.
+constexpr double kWorthAWarning = 1e-3;
+
+io::Summary make_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
+                         const RunOutput& output) {
+  const io::SupportForces& forces = output.forces();
+  const io::Peaks& peaks = output.peaks();
+  const BeamChain& beam = line.beam();
+  const RunCounts& counts = dynamics.counts();
+  int size = 1;
+  MPI_Comm_size(beam.comm(), &size);
+  io::Summary summary;
+  summary.completed = dynamics.completed();
+  summary.end_time = dynamics.time();
+  summary.elements = beam.elements();
+  summary.ranks = size;
+  TSType type = nullptr;
+  UDAR_CALL(TSGetType(dynamics.stepper(), &type));
+  summary.integrator = type;
+  summary.integrator_counts = dynamics.tally();
+  summary.streamed_bytes = dynamics.streamed_bytes();  // of this rank
+  summary.steps = counts.steps;
+  summary.rejected_steps = counts.rejected_steps;
+  summary.repeated_steps = counts.repeated_steps;
+  summary.rhs_evaluations = counts.rhs_evaluations;
+  summary.row_line_solves = counts.row_line_solves;
+  summary.line_solves = line.solves();
+  summary.event_steps = counts.event_steps;
+  summary.impacts = counts.impacts;
+  summary.rests = counts.rests;
+  summary.releases = counts.releases;
+  if (counts.first_contact_time >= 0.0) {
+    summary.first_contact_time = counts.first_contact_time;
+    summary.last_contact_time = counts.last_contact_time;
+  }
+  if (!input.supports.empty()) {
+    const LineGap gap = dynamics.smallest_line_gap();
+    summary.min_line_gap = gap.gap;
+    summary.min_line_gap_x = gap.x;
+    summary.min_line_gap_time = gap.time;
+    summary.support_impulse = dynamics.support_impulses();
+    summary.force_window = forces.window();
+    summary.peak_force_window = forces.peak_window();
+    summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
+  }
+  for (const auto& [key, name] : {std::pair{"max_bending_stress", "stress"}, {"max_utilisation", "utilisation"}}) {
+    const auto peak = peaks.find(name);
+    summary.peaks.emplace_back(key, peak != peaks.end() ? std::optional{peak->second} : std::nullopt);
+  }
+  summary.energy_drift = dynamics.energy().drift();
+  summary.gauge_position = input.gauges;
+  for (const double gauge : input.gauges) {
+    summary.gauge_node_position.push_back(beam.position(beam.nearest_node(gauge)));
+  }
+  summary.warnings = petsc::take_warnings();
+  summary.versions = io::library_versions();
+  return summary;
+}
+
+void warn_of_drift(MPI_Comm comm, double drift) {
+  if (!(std::abs(drift) <= kWorthAWarning)) {
+    petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
+  }
+}
+
+void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
+  const auto used = peaks.find("utilisation");
+  if (used != peaks.end() && used->second.value > 1.0) {
+    petsc::warn(comm,
+                "the bending stress reaches %.3g times the yield stress, at x = %g m, t = %g s; what follows is that "
+                "of a beam that stays elastic",
+                used->second.value, used->second.x, used->second.time);
+  }
+}
+
+}  // namespace
+
+io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
+                      const RunOutput& output, const RunMarks& marks) {
+  const MPI_Comm comm = line.beam().comm();
+  const CostMark end = cost_mark();
+  warn_of_drift(comm, dynamics.energy().drift());
+  if (dynamics.completed() && dynamics.counts().first_contact_time < 0.0) {
+    warn_of_no_contact(input, line.beam());
+  }
+  warn_of_yielding(comm, output.peaks());
+  io::Summary summary = make_summary(input, line, dynamics, output);
+  summary.stepping_line_solves = line.solves() - marks.solves_before;
+  add_costs(comm, marks.begin, marks.stepping, end, summary);
+  io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
+  return summary;
+}
+
+void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
+  UDAR_CALL(PetscPrintf(
+      comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
+      summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.steps),
+      static_cast<long long>(summary.impacts), static_cast<long long>(summary.line_solves), summary.energy_drift,
+      input.output.directory.c_str()));
+  if (!summary.completed) {
+    UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
+                          input.output.directory.c_str()));
+  }
+}
+
+}  // namespace udar::app

@@ -1,0 +1,28 @@
+#pragma once
+/// @file
+/// What a run says of itself when it is over.
+
+#include "app/run_costs.hpp"
+#include "app/run_output.hpp"
+#include "udar/app/case.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/io/summary.hpp"
+
+namespace udar::app {
+
+/// @brief Where clocks and counters stood at two points of a run.
+struct RunMarks {
+  CostMark begin;              ///< of the run
+  CostMark stepping;           ///< of its first step
+  PetscInt solves_before = 0;  ///< line solves before that
+};
+
+/// @brief Warns of what the numbers say against themselves, and writes summary.json.
+/// @note Collective. @throws FileError on all ranks
+[[nodiscard]] io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
+                                    const RunOutput& output, const RunMarks& marks);
+
+/// @brief The last lines on the terminal: how far the run came, and how it can be continued. @note Collective.
+void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary);
+
+}  // namespace udar::app
