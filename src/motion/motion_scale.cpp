@@ -14,7 +14,7 @@
 namespace udar {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kRounding = std::numeric_limits<double>::epsilon();
 
 /// What one cause makes of the motion.
 struct Cause {
@@ -62,7 +62,7 @@ Cause of_supports(const Equations& equations, std::span<const ContactSet> runs, 
 /// The part of a force that comes so fast within `span` after a time that the masses take it for a blow [N]: what it
 /// changes by, and no more than its mean.
 double sudden(const NodalLoad& load, double time, double span) {
-  const double before = time > 0.0 ? Loads::evaluate(load, time - kEpsilon * span).force : 0.0;
+  const double before = time > 0.0 ? Loads::evaluate(load, time - kRounding * span).force : 0.0;
   const double change = std::abs(Loads::evaluate(load, time + span).force - before);
   double sum = 0.0;
   double from = time;
@@ -193,7 +193,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
 
   // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
   constexpr double kShape = 1e-6;  // of its length
-  const double furthest = kShape / kEpsilon * points.extent().length();
+  const double furthest = kShape / kRounding * points.extent().length();
   constexpr std::array<const char*, inputs> kInputs{"initial height", "initial shape", "initial velocity",
                                                     "support height", "gravity",       "support motion",
                                                     "load table"};

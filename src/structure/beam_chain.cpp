@@ -18,7 +18,7 @@ void require(bool condition, const std::string& message) {
   }
 }
 
-constexpr double kEdgeTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
+constexpr double kPlaceTolerance = 1e-9;  // of an element: positions typed with ten digits still meet their node
 
 }  // namespace
 
@@ -205,7 +205,7 @@ void BeamChain::cut_masses() {
   edges.push_back(length());
   std::ranges::sort(edges);
   const auto same = [this](double left, double right) {
-    return right - left <= kEdgeTolerance * element(std::min(nearest_node(left), elements() - 1)).length;
+    return right - left <= kPlaceTolerance * element(std::min(nearest_node(left), elements() - 1)).length;
   };
   edges.erase(std::ranges::unique(edges, same).begin(), edges.end());
   if (same(edges.back(), length())) {
@@ -326,7 +326,7 @@ PetscInt BeamChain::nearest_node(double position) const {
   const auto index = static_cast<std::size_t>(after - first_position_.begin() - 1);
   const BeamSegment& segment = parameters_.segments[index];
   const double steps = (position - first_position_[index]) / segment.length * static_cast<double>(segment.elements);
-  const double nearest = std::ceil(steps - 0.5 - kEdgeTolerance);
+  const double nearest = std::ceil(steps - 0.5 - kPlaceTolerance);
   return first_element_[index] + static_cast<PetscInt>(std::clamp(nearest, 0.0, static_cast<double>(segment.elements)));
 }
 
@@ -336,7 +336,7 @@ std::array<BeamChain::NodeShare, 2> BeamChain::lever(double position) const {
   const PetscInt between = off > 0.0 ? near : near - 1;
   const BeamElement gap_or_element = element(between);
   const double share = std::abs(off) / gap_or_element.length;
-  if (!(share > kEdgeTolerance) || std::isinf(gap_or_element.flexural_compliance)) {
+  if (!(share > kPlaceTolerance) || std::isinf(gap_or_element.flexural_compliance)) {
     return {{{.node = near, .share = 1.0}, {.node = near, .share = 0.0}}};
   }
   return {{{.node = near, .share = 1.0 - share}, {.node = off > 0.0 ? near + 1 : near - 1, .share = share}}};
@@ -352,7 +352,7 @@ BeamChain::NodeRange BeamChain::nodes_within(double from, double to) const {
 BeamChain::NodeRange BeamChain::nodes_inside(double from, double to) const {
   // Start from the nearest nodes and step over those outside; a node may belong to either of two segments.
   const auto tolerance = [this](PetscInt node) {
-    return kEdgeTolerance * element(std::min(node, elements() - 1)).length;
+    return kPlaceTolerance * element(std::min(node, elements() - 1)).length;
   };
   PetscInt first = nearest_node(std::clamp(from, 0.0, length()));
   PetscInt last = nearest_node(std::clamp(to, 0.0, length()));

@@ -35,7 +35,7 @@ using test::TemporaryFolder;
 using test::world_rank;
 using test::world_size;
 
-NodeRange share(PetscInt total) {
+NodeRange part_of_this_rank(PetscInt total) {
   return {total * world_rank() / world_size(), total * (world_rank() + 1) / world_size(), total};
 }
 
@@ -92,8 +92,9 @@ void expect_same(const MotionState& read, const MotionState& written) {
 
 /// What a restart from `path` says to the user.
 std::string refusal(const std::string& path, PetscInt nodes) {
-  return failure_of(
-      [&] { [[maybe_unused]] const MotionState read = read_checkpoint({PETSC_COMM_WORLD, share(nodes)}, path); });
+  return failure_of([&] {
+    [[maybe_unused]] const MotionState read = read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(nodes)}, path);
+  });
 }
 
 std::string restart_error(const std::string& path, const std::string& reason) {
@@ -106,7 +107,7 @@ constexpr const char* kWrongChecksum = "damaged: its bytes do not have its check
 TEST(Checkpoint, ComesBackBitByBit) {
   const TemporaryFolder folder;
   for (const PetscInt total : {2, 1000}) {  // with 2, the third rank has none
-    const NodeRange nodes = share(total);
+    const NodeRange nodes = part_of_this_rank(total);
     const MotionState written = checkpoint_of(nodes);
     write_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5", written);
     expect_same(read_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5"), written);
@@ -120,7 +121,7 @@ TEST(Checkpoint, ComesBackBitByBit) {
 TEST(Checkpoint, KeepsPointsInTheUsersOrder) {
   const TemporaryFolder folder;
   constexpr PetscInt kNodes = 37;
-  const NodeRange held = share(kNodes);
+  const NodeRange held = part_of_this_rank(kNodes);
   std::vector<std::int64_t> number;
   MotionState written = checkpoint_of(held);
   for (PetscInt i = held.begin; i < held.end; ++i) {
@@ -138,11 +139,11 @@ TEST(Checkpoint, KeepsPointsInTheUsersOrder) {
 
 TEST(Checkpoint, OfAnotherCaseIsRefusedBeforeItsNodesAreCounted) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, share(10)}, folder / "restart.h5", checkpoint_of(share(10)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5", checkpoint_of(share(10)));
   const std::vector<Parameter> here{{"beam elements", "8"}, {"filter frequency [rad/s]", "1000"}};
   EXPECT_EQ(failure_of([&] {
               [[maybe_unused]] const MotionState read =
-                  read_checkpoint({PETSC_COMM_WORLD, share(11)}, folder / "restart.h5",
+                  read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(11)}, folder / "restart.h5",
                                   [&](std::span<const Parameter> there) { throw FileError{differences(there, here)}; });
             }),
             "beam elements: 7 there, 8 here");
@@ -156,13 +157,14 @@ TEST(Checkpoint, OfOneRankIsReadByAll) {
     write_checkpoint({PETSC_COMM_SELF, all}, folder / "restart.h5", checkpoint_of(all));
   }
   MPI_Barrier(PETSC_COMM_WORLD);
-  expect_same(read_checkpoint({PETSC_COMM_WORLD, share(kNodes)}, folder / "restart.h5"), checkpoint_of(share(kNodes)));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(kNodes)}, folder / "restart.h5"),
+              checkpoint_of(share(kNodes)));
 }
 
 TEST(Checkpoint, OfAllRanksIsReadByOne) {
   const TemporaryFolder folder;
   constexpr PetscInt kNodes = 37;
-  write_checkpoint({PETSC_COMM_WORLD, share(kNodes)}, folder / "restart.h5", checkpoint_of(share(kNodes)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(kNodes)}, folder / "restart.h5", checkpoint_of(share(kNodes)));
   if (world_rank() == 0) {
     const NodeRange all{0, kNodes, kNodes};
     expect_same(read_checkpoint({PETSC_COMM_SELF, all}, folder / "restart.h5"), checkpoint_of(all));
@@ -171,7 +173,7 @@ TEST(Checkpoint, OfAllRanksIsReadByOne) {
 
 TEST(Checkpoint, TakesThePlaceOfTheOlderOne) {
   const TemporaryFolder folder;
-  const NodeRange nodes = share(20);
+  const NodeRange nodes = part_of_this_rank(20);
   MotionState checkpoint = checkpoint_of(nodes);
   write_checkpoint({PETSC_COMM_WORLD, nodes}, folder / "restart.h5", checkpoint);
   checkpoint.scalars["time"] = 0.2;
@@ -181,9 +183,9 @@ TEST(Checkpoint, TakesThePlaceOfTheOlderOne) {
 
 TEST(Checkpoint, ThatDoesNotFitOnTheDiskLeavesTheOlderOne) {
   const TemporaryFolder folder;
-  const NodeRange small = share(20);
+  const NodeRange small = part_of_this_rank(20);
   write_checkpoint({PETSC_COMM_WORLD, small}, folder / "restart.h5", checkpoint_of(small));
-  const NodeRange large = share(200000);
+  const NodeRange large = part_of_this_rank(200000);
 
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
@@ -221,14 +223,14 @@ TEST(Checkpoint, IsNotAnyFile) {
 
 TEST(Checkpoint, OfAnotherBeamIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, share(10)}, folder / "restart.h5", checkpoint_of(share(10)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5", checkpoint_of(share(10)));
   EXPECT_EQ(refusal(folder / "restart.h5", 11),
             restart_error(folder / "restart.h5", "a checkpoint of 10 nodes, this run has 11"));
 }
 
 TEST(Checkpoint, ThatIsCutShortIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, share(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
   const auto size = fs::file_size(folder / "restart.h5");
   MPI_Barrier(PETSC_COMM_WORLD);
   if (world_rank() == 0) {
@@ -242,7 +244,7 @@ TEST(Checkpoint, ThatIsCutShortIsRefused) {
 TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
   const TemporaryFolder folder;
   const std::string path = folder / "restart.h5";
-  write_checkpoint({PETSC_COMM_WORLD, share(20)}, path, checkpoint_of(share(20)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path, checkpoint_of(share(20)));
   const auto size = fs::file_size(path);
   ASSERT_GT(size, 4096U);
   const auto edit = [&](std::uintmax_t offset, auto change) {
@@ -268,7 +270,7 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
         << "byte " << offset << " of " << size << ", bit " << bit << ": " << message;
     edit(offset, [bit](int byte) { return byte ^ bit; });
   }
-  expect_same(read_checkpoint({PETSC_COMM_WORLD, share(20)}, path), checkpoint_of(share(20)));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path), checkpoint_of(share(20)));
   for (const std::uintmax_t left : {size - 1, size - 64, size - 65, size / 2, std::uintmax_t{63}, std::uintmax_t{0}}) {
     if (world_rank() == 0) {
       fs::resize_file(path, left);
@@ -280,7 +282,7 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
 
 TEST(Checkpoint, ChangedByAnotherProgramIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, share(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
   if (world_rank() == 0) {
     const hid_t file = H5Fopen((folder / "restart.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     const hid_t data = H5Dopen2(file, "/node_fields/resting", H5P_DEFAULT);

@@ -207,14 +207,14 @@ struct CorrectedFall : test::Fall {
              }} {}
 };
 
-class Motion : public testing::TestWithParam<const char*> {
+class MotionOfModes : public testing::TestWithParam<const char*> {
  private:
   test::Option type_{"-ts_type", GetParam()};
 };
-INSTANTIATE_TEST_SUITE_P(All, Motion, testing::Values("rk", "chebyshev", "impact"),
+INSTANTIATE_TEST_SUITE_P(All, MotionOfModes, testing::Values("rk", "chebyshev", "impact"),
                          [](const auto& tested) { return std::string{tested.param}; });
 
-TEST_P(Motion, FirstBendingModeVibratesAtItsUnfilteredFrequency) {
+TEST_P(MotionOfModes, FirstBendingModeVibratesAtItsUnfilteredFrequency) {
   const test::Option tolerance{"-ts_rtol", "1e-12"};
   const BeamParameters parameters = test::steel_beam(20);
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
@@ -252,7 +252,7 @@ TEST_P(Motion, FirstBendingModeVibratesAtItsUnfilteredFrequency) {
 }
 
 /// Impacts, a table of loads with kinks, a mode below wf and one above, gravity: nothing of the energy may be lost.
-TEST_P(Motion, KeepsItsEnergyWithCorrectedModes) {
+TEST_P(MotionOfModes, KeepsItsEnergyWithCorrectedModes) {
   const bool impact = std::string{GetParam()} == "impact";
   const test::Option tolerance{"-ts_rtol", impact ? "1e-10" : "1e-11"};
   const test::Option end{"-ts_max_time", "0.5"};

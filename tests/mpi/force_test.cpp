@@ -20,8 +20,6 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// Every test runs with `-ts_type` rk, chebyshev and impact.
 class Forces : public testing::TestWithParam<const char*> {
   test::Option type_{"-ts_type", GetParam()};
@@ -44,7 +42,7 @@ TEST_P(Forces, OfABeamAtRestFollowFromTheLever) {
   test::Dense matrix = test::line_stiffness(beam);
   std::vector<double> weight(n);
   for (std::size_t i = 0; i < n; ++i) {
-    weight[i] = -kGravity * beam.mass(static_cast<PetscInt>(i));
+    weight[i] = -test::kGravity * beam.mass(static_cast<PetscInt>(i));
   }
   for (const std::size_t i : {std::size_t{4}, std::size_t{12}}) {
     matrix(i, i) += wf * wf * beam.mass(static_cast<PetscInt>(i));
@@ -55,12 +53,12 @@ TEST_P(Forces, OfABeamAtRestFollowFromTheLever) {
     initial.shape.x.push_back(beam.position(static_cast<PetscInt>(i)));
     initial.shape.offset.push_back(i == 4 || i == 12 ? 0.0 : line[i]);
   }
-  test::Fall fall{test::steel_beam(20), wf, kGravity, initial, supports};
+  test::Fall fall{test::steel_beam(20), wf, test::kGravity, initial, supports};
   test::Recorder record{0.005};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
 
-  const double total = beam.total_mass() * kGravity;
+  const double total = beam.total_mass() * test::kGravity;
   const std::array<double, 2> share{0.25 * total, 0.75 * total};  // the middle is 3 of 4 m away from the first
   std::vector<double> shear(n);
   std::vector<double> moment(n, 0.0);
@@ -105,11 +103,11 @@ TEST_P(Forces, BalanceTheMomentumAtEverySnapshot) {
   for (const double e : {1.0, 0.5, 0.0}) {
     const std::vector<Support> supports{{.position = 2.0, .width = 1.0, .restitution = e},
                                         {.position = 8.0, .restitution = e}};
-    test::Fall fall{test::steel_beam(20), wf, kGravity, {.height = 0.2}, supports};
+    test::Fall fall{test::steel_beam(20), wf, test::kGravity, {.height = 0.2}, supports};
     test::Recorder record{0.003};
     fall.dynamics.add_observer(record);
     fall.dynamics.solve();
-    const double weight = fall.beam.total_mass() * kGravity;
+    const double weight = fall.beam.total_mass() * test::kGravity;
     io::SupportForces forces{2, 0.003, std::numbers::pi / wf};
     double worst = 0.0;
     for (std::size_t k = 0; k < record.times.size(); ++k) {
@@ -143,14 +141,14 @@ TEST_P(Forces, OfContactOnTheLineBalanceTheMomentum) {
   const double wf = 100.0;
   test::Fall fall{test::steel_beam(20),
                   wf,
-                  kGravity,
+                  test::kGravity,
                   {.height = 0.2},
                   {{.position = 2.0, .width = 1.0}, {.position = 8.0}},
                   {.surface = ContactSurface::line}};
   test::Recorder record{0.003};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  const double weight = fall.beam.total_mass() * kGravity;
+  const double weight = fall.beam.total_mass() * test::kGravity;
   double worst = 0.0;
   double steepest = 0.0;
   int in_contact = 0;

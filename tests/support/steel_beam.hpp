@@ -16,6 +16,8 @@
 
 namespace udar::test {
 
+constexpr double kGravity = 9.81;  // [m/s^2]
+
 /// 10 m, solid circle of radius 0.1 m, E = 2.1e11 Pa, 7850 kg/m^3, both ends free.
 inline BeamParameters steel_beam(PetscInt elements) {
   const Section section = circle_section(0.1, 0.3);
@@ -27,10 +29,10 @@ inline BeamParameters steel_beam(PetscInt elements) {
   return beam;
 }
 
-constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};
 /// Without filter, in steps of this length [s].
 inline FilterParameters unfiltered(double step) { return {.filter_frequency = 2.0 / step, .unfiltered = true}; }
 
+constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};
 constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = BeamEnd::kRigid};
 
 /// A whole run: build, then set PETSc options that shape the integration, then `solve`.

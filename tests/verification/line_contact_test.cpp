@@ -18,7 +18,6 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
 using test::kOnLine;
 
 /// A flat fall on a full floor: the line stays straight and every mass is a ball on a spring of wf^2 m whose foot the
@@ -26,9 +25,9 @@ using test::kOnLine;
 struct Ball {
   double wf;
   double height;
-  [[nodiscard]] double rest() const { return kGravity / (wf * wf); }  // of the mass above the foot's touch
-  [[nodiscard]] double speed() const { return std::sqrt(2.0 * kGravity * (height - rest())); }
-  [[nodiscard]] double first_touch() const { return speed() / kGravity; }
+  [[nodiscard]] double rest() const { return test::kGravity / (wf * wf); }  // of the mass above the foot's touch
+  [[nodiscard]] double speed() const { return std::sqrt(2.0 * test::kGravity * (height - rest())); }
+  [[nodiscard]] double first_touch() const { return speed() / test::kGravity; }
   [[nodiscard]] double contact() const { return 2.0 * (M_PI - std::atan(speed() / (wf * rest()))) / wf; }
 };
 
@@ -40,7 +39,7 @@ TEST_P(LineContactRun, FlatFallBouncesAsABallOnItsSpring) {
   const double lift = ball.first_touch() + ball.contact();
   const test::Option rtol{"-ts_rtol", "1e-10"};
   const test::Option end{"-ts_max_time", "0.6"};
-  test::Fall fall{test::steel_beam(8),        ball.wf,  kGravity, {.height = ball.height},
+  test::Fall fall{test::steel_beam(8),        ball.wf,  test::kGravity, {.height = ball.height},
                   {Support::floor(0.0, 1.0)}, on_line()};
   test::Recorder record{0.05};
   fall.dynamics.add_observer(record);
@@ -52,13 +51,13 @@ TEST_P(LineContactRun, FlatFallBouncesAsABallOnItsSpring) {
   EXPECT_NEAR(counts.first_contact_time, ball.first_touch(), resolution);
   EXPECT_NEAR(counts.last_contact_time, lift, resolution);
   const double mass = fall.beam.total_mass();
-  const double impulse = mass * (2.0 * ball.speed() + kGravity * ball.contact());
+  const double impulse = mass * (2.0 * ball.speed() + test::kGravity * ball.contact());
   EXPECT_NEAR(fall.dynamics.support_impulses()[0], impulse, 1e-6 * impulse);
   for (std::size_t k = 0; k < record.times.size(); ++k) {
     const double t = record.times[k];
-    double expected = ball.height - 0.5 * kGravity * t * t;
+    double expected = ball.height - 0.5 * test::kGravity * t * t;
     if (t > lift) {
-      expected = ball.rest() + ball.speed() * (t - lift) - 0.5 * kGravity * (t - lift) * (t - lift);
+      expected = ball.rest() + ball.speed() * (t - lift) - 0.5 * test::kGravity * (t - lift) * (t - lift);
     } else if (t > ball.first_touch()) {
       const double s = ball.wf * (t - ball.first_touch());
       expected = ball.rest() * std::cos(s) - ball.speed() / ball.wf * std::sin(s);
@@ -93,8 +92,9 @@ TEST(LineContact, EnergyStaysWhereverKinksLieInAStep) {
   const test::Option end{"-ts_max_time", "0.6"};
   const auto fall = [](const char* tolerance, PetscInt dense, double& drift) {
     const test::Option rtol{"-ts_rtol", tolerance};
-    test::Fall run{test::steel_beam(20), 100.0, kGravity, {.height = 1.0, .slope = 0.02}, {Support::floor(0.0, 1.0)},
-                   test::on_line(dense)};
+    test::Fall run{
+        test::steel_beam(20), 100.0, test::kGravity, {.height = 1.0, .slope = 0.02}, {Support::floor(0.0, 1.0)},
+        test::on_line(dense)};
     test::Recorder record{1e-3};
     run.dynamics.add_observer(record);
     run.dynamics.solve();
@@ -128,13 +128,13 @@ TEST_P(LineContactRun, DraggedFlatFallIsThatOfADampedBall) {
   const Ball ball{.wf = 100.0, .height = 1.0};
   const test::Option rtol{"-ts_rtol", "1e-10"};
   const test::Option end{"-ts_max_time", "0.6"};
-  test::Fall fall{test::steel_beam(8),        ball.wf,   kGravity, {.height = ball.height},
-                  {Support::floor(0.0, 1.0)}, on_line(), {},       {.mass = drag}};
+  test::Fall fall{test::steel_beam(8), ball.wf, test::kGravity, {.height = ball.height}, {Support::floor(0.0, 1.0)},
+                  on_line(),           {},      {.mass = drag}};
   test::Recorder record{0.002};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  const auto speed_at = [&](double t) { return -kGravity / drag * (1.0 - std::exp(-drag * t)); };
-  const auto place_at = [&](double t) { return ball.height - (kGravity * t + speed_at(t)) / drag; };
+  const auto speed_at = [&](double t) { return -test::kGravity / drag * (1.0 - std::exp(-drag * t)); };
+  const auto place_at = [&](double t) { return ball.height - (test::kGravity * t + speed_at(t)) / drag; };
   double touch = 0.0;
   double above = 1.0;
   for (int halving = 0; halving < 60; ++halving) {
@@ -197,13 +197,13 @@ TEST_P(LineContactRun, StopsOnBothSidesHoldTheSameNode) {
 double lifted_end(PetscInt elements, double length, std::size_t dense_points, double& touchdown_force) {
   const BeamParameters parameters = test::steel_beam(elements);
   const BeamSegment& segment = parameters.segments.front();
-  const double q = segment.mass_per_length * kGravity;
+  const double q = segment.mass_per_length * test::kGravity;
   const double lift = 0.5 * q * length;
   const double h = segment.length / static_cast<double>(elements);
   const std::vector<NodalLoad> load{{.position = segment.length, .time = {0.0}, .force = {lift}}};
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
   FilteredStructure line{beam, {.filter_frequency = 10.0}};
-  const Loads loads{beam.points(), kGravity, load};
+  const Loads loads{beam.points(), test::kGravity, load};
   const InitialState initial{.height = 0.0};
   Equations equations{
       line,
@@ -247,7 +247,7 @@ INSTANTIATE_TEST_SUITE_P(All, LineContactStatics, testing::Values(1000, 0),
 TEST_P(LineContactStatics, HeavyBeamLiftedAtItsEndFindsTheExactTouchdown) {
   const double length = 4.0;
   const BeamSegment segment = test::steel_beam(1).segments.front();
-  const double q = segment.mass_per_length * kGravity;
+  const double q = segment.mass_per_length * test::kGravity;
   const double exact = q * std::pow(length, 4) / (24.0 * segment.bending_stiffness);
   double error = 0.0;
   for (const PetscInt elements : {50, 100, 200}) {
@@ -273,26 +273,26 @@ TEST(Moreau, FlatFallKeepsNewtonsLawAndEnergy) {
     const test::Option end{"-ts_max_time", "0.7"};
     test::Fall flat{{.beam = test::steel_beam(8),
                      .filter = test::unfiltered(step),
-                     .gravity = kGravity,
+                     .gravity = test::kGravity,
                      .initial = {.height = 1.0},
                      .supports = {Support::floor(0.0, e)}}};
     ImpactDynamics& dynamics = flat.dynamics;
     test::Recorder record{0.1};
     dynamics.add_observer(record);
     dynamics.solve();
-    const double fall = std::sqrt(2.0 / kGravity);
-    const double speed = kGravity * fall;
+    const double fall = std::sqrt(2.0 / test::kGravity);
+    const double speed = test::kGravity * fall;
     // First order in the step: the support is noticed up to a step late.
     EXPECT_NEAR(dynamics.counts().first_contact_time, fall, 2.0 * step);
     const double mass = flat.beam.total_mass();
     const double impulse = dynamics.support_impulses()[0];
     const MassState masses = dynamics.masses();
-    EXPECT_NEAR(impulse, test::momentum_of(flat.line, dynamics) + mass * kGravity * 0.7, 1e-9 * mass * speed)
+    EXPECT_NEAR(impulse, test::momentum_of(flat.line, dynamics) + mass * test::kGravity * 0.7, 1e-9 * mass * speed)
         << "momentum balance";
     if (e > 0.0) {
-      const double left = e * speed - kGravity * (0.7 - fall);
+      const double left = e * speed - test::kGravity * (0.7 - fall);
       for (const double v : masses.velocity) {
-        EXPECT_NEAR(v, left, 4.0 * kGravity * step) << "v+ = -e v-, first order in the step";
+        EXPECT_NEAR(v, left, 4.0 * test::kGravity * step) << "v+ = -e v-, first order in the step";
       }
     } else {
       EXPECT_NEAR(dynamics.counts().last_contact_time, 0.7, 1e-12) << "it rests";
@@ -312,7 +312,7 @@ TEST(Moreau, EndsWhereABeamFallsThroughItsSupports) {
   const test::Option end{"-ts_max_time", "0.5"};
   test::Fall through{{.beam = test::steel_beam(20),
                       .filter = test::unfiltered(step),
-                      .gravity = kGravity,
+                      .gravity = test::kGravity,
                       .initial = {.height = 0.05},
                       .supports = {{.position = 2.0}, {.position = 8.0}}}};
   ImpactDynamics& dynamics = through.dynamics;

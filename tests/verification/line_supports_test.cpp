@@ -24,7 +24,6 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr double kRigid = std::numeric_limits<double>::infinity();
 using test::kImpact;
 using test::kOnLine;
@@ -62,7 +61,9 @@ struct Springs {
   double support;  // stiffness over the mass it carries [1/s^2]
   [[nodiscard]] double weakness() const { return 1.0 / support; }
   [[nodiscard]] double square() const { return 1.0 / (1.0 / (wf * wf) + weakness()); }
-  [[nodiscard]] double push(double y, double s) const { return square() * (s - y + kGravity / (wf * wf)); }  // over m
+  [[nodiscard]] double push(double y, double s) const {
+    return square() * (s - y + test::kGravity / (wf * wf));
+  }  // over m
 };
 
 /// The exact motion of such a mass that starts at rest on the support, while that moves by one cubic after the other.
@@ -77,7 +78,7 @@ class Riding {
       const double w2 = springs.square();
       const double w = std::sqrt(w2);
       pieces_.push_back({.begin = begin,
-                         .cosine = y - (s.height - s.acceleration / w2 - kGravity * springs.weakness()),
+                         .cosine = y - (s.height - s.acceleration / w2 - test::kGravity * springs.weakness()),
                          .sine = (v - (s.velocity - jerk / w2)) / w,
                          .jerk = jerk});
       const double end = begin + 0.2;
@@ -124,7 +125,7 @@ class Riding {
     const double w = std::sqrt(w2);
     const double angle = w * (t - now->begin);
     const SupportMotion::State s = motion_->at(t, now->begin);
-    return {s.height - s.acceleration / w2 - kGravity * springs_.weakness() + now->cosine * std::cos(angle) +
+    return {s.height - s.acceleration / w2 - test::kGravity * springs_.weakness() + now->cosine * std::cos(angle) +
                 now->sine * std::sin(angle),
             s.velocity - now->jerk / w2 + w * (now->sine * std::cos(angle) - now->cosine * std::sin(angle))};
   }
@@ -142,7 +143,7 @@ TEST_P(LineSupports, ABeamThatLiesOnAShakenTableIsADrivenOscillator) {
     const Riding exact{springs, *motion};
     const BeamParameters beam = test::steel_beam(6);
     const double mass = beam.segments[0].mass_per_length * beam.segments[0].length;
-    test::Fall fall{beam, springs.wf, kGravity, {.height = 0.0}, {table(support * mass, motion)}, on_line()};
+    test::Fall fall{beam, springs.wf, test::kGravity, {.height = 0.0}, {table(support * mass, motion)}, on_line()};
     test::Recorder record{0.05};
     fall.dynamics.add_observer(record);
     fall.dynamics.solve();
@@ -167,7 +168,7 @@ TEST_P(LineSupports, ABeamThatLiesOnAShakenTableIsADrivenOscillator) {
       EXPECT_NEAR(energy.support_work, mass * exact.work(t), row ? 1e-6 : 5e-5) << t << " [J]";
       EXPECT_NEAR(energy.drift(), 0.0, row ? (is("rk") ? 5e-9 : 1e-10) : (is("rk") ? 2e-8 : 2e-6)) << t;
     }
-    const double impulse = mass * (exact.velocity(0.75) + kGravity * 0.75);
+    const double impulse = mass * (exact.velocity(0.75) + test::kGravity * 0.75);
     EXPECT_NEAR(fall.dynamics.support_impulses()[0], impulse, 1e-8 * impulse);
     EXPECT_GT(std::abs(record.energies.back().support_work), 1.0) << "[J]";
     EXPECT_NEAR(fall.dynamics.counts().last_contact_time, 0.75, 1e-12);
@@ -188,23 +189,23 @@ TEST_P(LineSupports, AFlatFallOnASpringBouncesOnTwoSpringsInSeries) {
   for (const double support : {400.0, 2500.0, 1e6}) {
     const Springs springs{.wf = 50.0, .support = support};
     const double w = std::sqrt(springs.square());
-    const double touch = kGravity / (springs.wf * springs.wf);  // of the line: the mass is so far above
-    const double sag = kGravity / springs.square();             // of the mass from there, where it would rest
-    const double speed = std::sqrt(2.0 * kGravity * (1.0 - touch));
-    const double first = speed / kGravity;
+    const double touch = test::kGravity / (springs.wf * springs.wf);  // of the line: the mass is so far above
+    const double sag = test::kGravity / springs.square();             // of the mass from there, where it would rest
+    const double speed = std::sqrt(2.0 * test::kGravity * (1.0 - touch));
+    const double first = speed / test::kGravity;
     const double contact = 2.0 * (std::numbers::pi - std::atan(speed / (w * sag))) / w;
     ASSERT_LT(first + contact, 0.75);
-    test::Fall fall{beam, springs.wf, kGravity, {.height = 1.0}, {table(support * mass)}, on_line()};
+    test::Fall fall{beam, springs.wf, test::kGravity, {.height = 1.0}, {table(support * mass)}, on_line()};
     test::Recorder record{0.01};
     fall.dynamics.add_observer(record);
     fall.dynamics.solve();
     for (std::size_t k = 0; k < record.times.size(); ++k) {
       const double t = record.times[k];
       const double since = t - first;
-      double expected = 1.0 - 0.5 * kGravity * t * t;
+      double expected = 1.0 - 0.5 * test::kGravity * t * t;
       double pressed = 0.0;
       if (since > contact) {
-        expected = touch + speed * (since - contact) - 0.5 * kGravity * std::pow(since - contact, 2);
+        expected = touch + speed * (since - contact) - 0.5 * test::kGravity * std::pow(since - contact, 2);
       } else if (since > 0.0) {
         expected = touch - sag + sag * std::cos(w * since) - speed / w * std::sin(w * since);
         pressed = springs.push(expected, 0.0) / support;
@@ -219,7 +220,7 @@ TEST_P(LineSupports, AFlatFallOnASpringBouncesOnTwoSpringsInSeries) {
     // Known to half a step, or between two Gauss points.
     EXPECT_NEAR(fall.dynamics.counts().first_contact_time, first, 0.02 / springs.wf);
     EXPECT_NEAR(fall.dynamics.counts().last_contact_time, first + contact, 0.02 / springs.wf);
-    const double impulse = mass * (2.0 * speed + kGravity * contact);
+    const double impulse = mass * (2.0 * speed + test::kGravity * contact);
     EXPECT_NEAR(fall.dynamics.support_impulses()[0], impulse, 1e-6 * impulse);
     // The line goes as deep as the table gives way; seen at steps' ends or Gauss points.
     const double deepest = springs.push(touch - sag - std::hypot(sag, speed / w), 0.0) / support;
@@ -254,11 +255,11 @@ Ended tilted_fall(const Way& way, const char* rtol, std::vector<Support> support
   const std::string end_time = std::to_string(until);
   const test::Option end{"-ts_max_time", end_time.c_str()};
   InitialState initial{.height = 0.3, .slope = 0.01, .velocity = 2.0};
-  test::Fall fall{test::steel_beam(20), 60.0, kGravity, initial, std::move(supports), test::on_line(way.dense)};
+  test::Fall fall{test::steel_beam(20), 60.0, test::kGravity, initial, std::move(supports), test::on_line(way.dense)};
   test::Recorder record{0.02};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  double momentum = (initial.velocity - kGravity * until) * fall.beam.total_mass();
+  double momentum = (initial.velocity - test::kGravity * until) * fall.beam.total_mass();
   for (const double impulse : fall.dynamics.support_impulses()) {
     momentum += impulse;
   }
@@ -313,7 +314,8 @@ TEST(LineSupportsOfAllKinds, TimesOfContactAreThoseOfTheLine) {
   const test::Option end{"-ts_max_time", "0.6"};
   std::array<RunCounts, 2> counts;
   for (std::size_t k = 0; k < counts.size(); ++k) {
-    test::Fall fall{test::steel_beam(6), 40.0, kGravity, {.height = 0.3}, {table(k == 0 ? kRigid : 1e16)}, kOnLine};
+    test::Fall fall{
+        test::steel_beam(6), 40.0, test::kGravity, {.height = 0.3}, {table(k == 0 ? kRigid : 1e16)}, kOnLine};
     fall.dynamics.solve();
     counts[k] = fall.dynamics.counts();
   }
@@ -373,7 +375,7 @@ TEST(MoreauOnMovingSupports, ABeamRidesOnAShakenTable) {
     support.restitution = 0.0;
     test::Fall ride{{.beam = test::steel_beam(6),
                      .filter = test::unfiltered(step),
-                     .gravity = kGravity,
+                     .gravity = test::kGravity,
                      .initial = {.height = 0.0},
                      .supports = {support}}};
     ImpactDynamics& dynamics = ride.dynamics;
@@ -389,15 +391,15 @@ TEST(MoreauOnMovingSupports, ABeamRidesOnAShakenTable) {
       EXPECT_NEAR(record.energies[k].drift(), 0.0, 1e-10) << t << ", exact but for round-off";
       // m (g + s'') s' in all.
       const SupportMotion::State s = motion->at(t);
-      const double work = mass * (kGravity * s.height + 0.5 * s.velocity * s.velocity);
-      EXPECT_NEAR(record.energies[k].support_work, work, 30.0 * step * mass * kGravity * 0.02) << t << " [J]";
+      const double work = mass * (test::kGravity * s.height + 0.5 * s.velocity * s.velocity);
+      EXPECT_NEAR(record.energies[k].support_work, work, 30.0 * step * mass * test::kGravity * 0.02) << t << " [J]";
     }
     EXPECT_LT(worst, 20.0 * step * step) << "some s'' h^2 [m]";
     if (worst_before > 0.0) {
       EXPECT_NEAR(worst_before / worst, 4.0, 0.2) << "second order while nothing hits";
     }
     worst_before = worst;
-    EXPECT_NEAR(dynamics.support_impulses()[0], mass * kGravity * until, 1e-3 * mass);
+    EXPECT_NEAR(dynamics.support_impulses()[0], mass * test::kGravity * until, 1e-3 * mass);
     EXPECT_LT(dynamics.energy().lost_in_impacts, 0.5 * (step / 1e-3)) << "[J]: it does not fall on the table";
   }
 }

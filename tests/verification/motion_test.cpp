@@ -22,8 +22,6 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// Every test runs with `-ts_type` rk, chebyshev and impact.
 class Motion : public testing::TestWithParam<const char*> {
  protected:
@@ -48,7 +46,7 @@ double x_of(const BeamChain& beam, std::size_t local) {
 TEST_P(Motion, FreeFlightFollowsTheParabolaWithRotation) {
   const test::Option end{"-ts_max_time", "0.7"};
   const InitialState initial{.height = 20.0, .slope = 0.02, .velocity = 1.5, .angular_velocity = 0.3};
-  test::Fall fall{test::steel_beam(30), 100.0, kGravity, initial, {Support::floor(0.0, 1.0)}};
+  test::Fall fall{test::steel_beam(30), 100.0, test::kGravity, initial, {Support::floor(0.0, 1.0)}};
   test::Recorder record{0.07};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -59,10 +57,10 @@ TEST_P(Motion, FreeFlightFollowsTheParabolaWithRotation) {
     for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
       const double arm = x_of(fall.beam, i) - 5.0;
       // Small rotations: straight-line motion of every mass. 1e-12: round-off of 20 m over 70 steps.
-      EXPECT_NEAR(record.positions[k][i], 20.0 + 0.02 * arm + (1.5 + 0.3 * arm) * t - 0.5 * kGravity * t * t,
+      EXPECT_NEAR(record.positions[k][i], 20.0 + 0.02 * arm + (1.5 + 0.3 * arm) * t - 0.5 * test::kGravity * t * t,
                   within(1e-12));
-      EXPECT_NEAR(record.velocities[k][i], 1.5 + 0.3 * arm - kGravity * t, within(1e-11));
-      EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - kGravity / 1e4, within(1e-12));
+      EXPECT_NEAR(record.velocities[k][i], 1.5 + 0.3 * arm - test::kGravity * t, within(1e-11));
+      EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - test::kGravity / 1e4, within(1e-12));
     }
   }
   EXPECT_EQ(fall.dynamics.counts().impacts, 0);
@@ -72,19 +70,20 @@ TEST_P(Motion, FlatFallBouncesAsABallAndRestsAtTheZenoTime) {
   const test::Option end{"-ts_max_time", "2.0"};
   const double e = 0.5;
   const InitialState initial{.height = 1.0};
-  test::Fall fall{test::steel_beam(20), 100.0, kGravity, initial, {Support::floor(0.0, e)}, {.hop_tolerance = 1e-17}};
+  test::Fall fall{test::steel_beam(20),    100.0, test::kGravity, initial, {Support::floor(0.0, e)},
+                  {.hop_tolerance = 1e-17}};
   test::Recorder record{2.0};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
   const auto masses = static_cast<std::size_t>(fall.beam.local_nodes());
   ASSERT_EQ(record.impacts.size() % masses, 0U);
-  const double t0 = std::sqrt(2.0 / kGravity);
+  const double t0 = std::sqrt(2.0 / test::kGravity);
   double expected = t0;
   for (std::size_t bounce = 0; bounce < record.impacts.size() / masses; ++bounce) {
     for (std::size_t i = 0; i < masses; ++i) {
       const ImpactRecord& hit = record.impacts[bounce * masses + i];
       ASSERT_NEAR(hit.time, expected, within(1e-8)) << "bounce " << bounce;
-      ASSERT_NEAR(hit.velocity_before, -kGravity * t0 * std::pow(e, static_cast<double>(bounce)), within(1e-8));
+      ASSERT_NEAR(hit.velocity_before, -test::kGravity * t0 * std::pow(e, static_cast<double>(bounce)), within(1e-8));
     }
     expected += 2.0 * t0 * std::pow(e, static_cast<double>(bounce) + 1.0);
   }
@@ -96,25 +95,25 @@ TEST_P(Motion, FlatFallBouncesAsABallAndRestsAtTheZenoTime) {
   for (std::size_t i = 0; i < masses; ++i) {
     EXPECT_EQ(record.positions.back()[i], 0.0);
     EXPECT_EQ(record.velocities.back()[i], 0.0);
-    EXPECT_NEAR(record.lines.back()[i], -kGravity / 1e4, within(1e-12));
+    EXPECT_NEAR(record.lines.back()[i], -test::kGravity / 1e4, within(1e-12));
   }
   const EnergyLedger& last = record.energies.back();
-  EXPECT_NEAR(last.lost_in_impacts, fall.beam.total_mass() * kGravity,
-              within(1e-8) * fall.beam.total_mass() * kGravity);
+  EXPECT_NEAR(last.lost_in_impacts, fall.beam.total_mass() * test::kGravity,
+              within(1e-8) * fall.beam.total_mass() * test::kGravity);
   EXPECT_LT(std::abs(last.drift()), within(1e-12));
   // Momentum: the floor took what gravity gave.
-  EXPECT_NEAR(fall.dynamics.support_impulses().front(), fall.beam.total_mass() * kGravity * 2.0,
-              within(1e-9) * fall.beam.total_mass() * kGravity * 2.0);
+  EXPECT_NEAR(fall.dynamics.support_impulses().front(), fall.beam.total_mass() * test::kGravity * 2.0,
+              within(1e-9) * fall.beam.total_mass() * test::kGravity * 2.0);
 }
 
 TEST_P(Motion, FlatFallWithoutRestitutionRestsAtOnce) {
   const test::Option end{"-ts_max_time", "0.6"};
   const InitialState initial{.height = 1.0};
-  test::Fall fall{test::steel_beam(10), 100.0, kGravity, initial, {Support::floor(0.0, 0.0)}};
+  test::Fall fall{test::steel_beam(10), 100.0, test::kGravity, initial, {Support::floor(0.0, 0.0)}};
   fall.dynamics.solve();
   EXPECT_EQ(fall.dynamics.counts().impacts, 11);
   EXPECT_EQ(fall.dynamics.counts().rests, 11);
-  EXPECT_NEAR(fall.dynamics.counts().first_contact_time, std::sqrt(2.0 / kGravity), within(1e-12));
+  EXPECT_NEAR(fall.dynamics.counts().first_contact_time, std::sqrt(2.0 / test::kGravity), within(1e-12));
   for (const double position : fall.dynamics.masses().position) {
     EXPECT_EQ(position, 0.0);
   }
@@ -123,7 +122,7 @@ TEST_P(Motion, FlatFallWithoutRestitutionRestsAtOnce) {
 TEST_P(Motion, FlatFallKeepsItsEnergyWhenElastic) {
   const test::Option end{"-ts_max_time", "9.5"};
   const InitialState initial{.height = 1.0};
-  test::Fall fall{test::steel_beam(10), 100.0, kGravity, initial, {Support::floor(0.0, 1.0)}};
+  test::Fall fall{test::steel_beam(10), 100.0, test::kGravity, initial, {Support::floor(0.0, 1.0)}};
   test::Recorder record{0.5};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -140,7 +139,7 @@ TEST_P(Motion, TwoMassesBounceIndependentlyOnATiltedStart) {
   const test::Option end{"-ts_max_time", "1.5"};
   const InitialState initial{.height = 0.8, .slope = 0.05};  // ends at 0.55 m and 1.05 m
   const auto supports = std::vector<Support>{Support::floor(0.1, 0.7)};
-  test::Fall fall{test::steel_beam(1), 60.0, kGravity, initial, supports};
+  test::Fall fall{test::steel_beam(1), 60.0, test::kGravity, initial, supports};
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -148,11 +147,12 @@ TEST_P(Motion, TwoMassesBounceIndependentlyOnATiltedStart) {
   std::array<std::size_t, 2> bounces{};
   for (const ImpactRecord& hit : record.impacts) {
     const auto end_node = static_cast<std::size_t>(hit.node);
-    const double t0 = std::sqrt(2.0 * drop[end_node] / kGravity);
+    const double t0 = std::sqrt(2.0 * drop[end_node] / test::kGravity);
     const auto k = static_cast<double>(bounces[end_node]++);
     const double expected = t0 + 2.0 * t0 * 0.7 * (1.0 - std::pow(0.7, k)) / (1.0 - 0.7);
     EXPECT_NEAR(hit.time, expected, within(1e-12) * (k + 1.0)) << "node " << hit.node << " bounce " << k;
-    EXPECT_NEAR(hit.impulse, fall.beam.mass(hit.node) * 1.7 * kGravity * t0 * std::pow(0.7, k), 1e3 * within(1e-11));
+    EXPECT_NEAR(hit.impulse, fall.beam.mass(hit.node) * 1.7 * test::kGravity * t0 * std::pow(0.7, k),
+                1e3 * within(1e-11));
   }
 }
 
@@ -223,7 +223,7 @@ TEST_P(Motion, ElasticImpactKeepsTheEnergyOverTwentyImpacts) {
   const test::Option tolerance{"-ts_rtol", rtol("1e-10")};
   for (const double wf : {50.0, 100.0, 400.0}) {
     const InitialState initial{.height = 1.0};
-    test::Fall fall{test::steel_beam(20), wf, kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
+    test::Fall fall{test::steel_beam(20), wf, test::kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
     test::Recorder record{0.05};
     fall.dynamics.add_observer(record);
     fall.dynamics.set_stop_request([&fall] { return fall.dynamics.counts().impacts >= 20; });
@@ -247,7 +247,7 @@ TEST_P(Motion, TwoBeamsFallEachOnTheirOwn) {
   const double wf = 100.0;
   const InitialState initial{.height = 1.0};
   const std::vector<Support> supports{{.position = 2.0}, {.position = 8.0}};
-  test::Fall fall{parameters, wf, kGravity, initial, supports};
+  test::Fall fall{parameters, wf, test::kGravity, initial, supports};
   test::Recorder record{0.05};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -259,9 +259,10 @@ TEST_P(Motion, TwoBeamsFallEachOnTheirOwn) {
     const double t = record.times[k];
     for (std::size_t i = 0; i < record.positions[k].size(); ++i) {
       if (fall.beam.begin() + static_cast<PetscInt>(i) >= 21) {
-        EXPECT_NEAR(record.positions[k][i], 1.0 - 0.5 * kGravity * t * t, within(1e-10)) << "t = " << t;
-        EXPECT_NEAR(record.velocities[k][i], -kGravity * t, within(4e-10)) << "t = " << t;  // rtol of 4 m/s
-        EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - kGravity / (wf * wf), within(1e-10)) << "t = " << t;
+        EXPECT_NEAR(record.positions[k][i], 1.0 - 0.5 * test::kGravity * t * t, within(1e-10)) << "t = " << t;
+        EXPECT_NEAR(record.velocities[k][i], -test::kGravity * t, within(4e-10)) << "t = " << t;  // rtol of 4 m/s
+        EXPECT_NEAR(record.lines[k][i], record.positions[k][i] - test::kGravity / (wf * wf), within(1e-10))
+            << "t = " << t;
       }
     }
     EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-9));
@@ -276,7 +277,7 @@ TEST_P(Motion, InelasticImpactBalancesItsEnergy) {
     const InitialState initial{.height = 1.0};
     test::Fall fall{test::steel_beam(20),
                     100.0,
-                    kGravity,
+                    test::kGravity,
                     initial,
                     {{.position = 2.0, .width = 1.0, .restitution = e}, {.position = 8.0, .restitution = e}}};
     test::Recorder record{0.05};
@@ -292,7 +293,7 @@ TEST_P(Motion, InelasticImpactBalancesItsEnergy) {
 TEST_P(Motion, SymmetricFallStaysSymmetricToRoundOff) {
   const test::Option end{"-ts_max_time", "0.6"};
   const InitialState initial{.height = 1.0};
-  test::Fall fall{test::steel_beam(20), 100.0, kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
+  test::Fall fall{test::steel_beam(20), 100.0, test::kGravity, initial, {{.position = 2.0}, {.position = 8.0}}};
   fall.dynamics.solve();
   const MassState masses = fall.dynamics.masses();
   std::vector<double> all(21, 0.0);
@@ -326,7 +327,7 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
     std::vector<double> weight(n);
     for (std::size_t i = 0; i < n; ++i) {
       const double mass = beam.mass(static_cast<PetscInt>(i));
-      weight[i] = -kGravity * mass;
+      weight[i] = -test::kGravity * mass;
       matrix(i, i) += resting[i] ? wf * wf * mass : 0.0;
     }
     line = test::solve(matrix, weight);
@@ -343,7 +344,7 @@ TEST_P(Motion, StaticSagOfABeamOnWideSupportsStays) {
     // A mass that does not press stands where the line is, above the support or free between them.
     initial.shape.offset.push_back(resting[i] ? 0.0 : line[i]);
   }
-  test::Fall fall{test::steel_beam(40), wf, kGravity, initial, supports};
+  test::Fall fall{test::steel_beam(40), wf, test::kGravity, initial, supports};
   test::Recorder record{0.05};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -486,7 +487,7 @@ TEST_P(Motion, AJumpOfALoadIsWhatSteepRampsTendTo) {
     std::array<test::Recorder, 2> record{test::Recorder{0.05}, test::Recorder{0.05}};
     std::array<double, 2> momentum{};
     for (std::size_t k = 0; k < 2; ++k) {
-      test::Fall fall{test::steel_beam(20),  100.0, rests ? kGravity : 0.0, {.height = 0.0}, supports, {},
+      test::Fall fall{test::steel_beam(20),  100.0, rests ? test::kGravity : 0.0, {.height = 0.0}, supports, {},
                       {k == 0 ? jump : ramp}};
       fall.dynamics.add_observer(record[k]);
       fall.dynamics.solve();
@@ -514,7 +515,7 @@ TEST_P(Motion, AJumpOfALoadIsWhatSteepRampsTendTo) {
 /// A run ends with a row of each listener, whether its interval divides the end or not.
 TEST_P(Motion, TheEndIsARow) {
   const test::Option end{"-ts_max_time", "0.5"};
-  test::Fall fall{test::steel_beam(10), 100.0, kGravity, {.height = 1.0}, {Support::floor(0.0, 1.0)}};
+  test::Fall fall{test::steel_beam(10), 100.0, test::kGravity, {.height = 1.0}, {Support::floor(0.0, 1.0)}};
   std::array<test::Recorder, 3> record{test::Recorder{0.03}, test::Recorder{0.1}, test::Recorder{2.0}};
   for (test::Recorder& one : record) {
     fall.dynamics.add_observer(one);

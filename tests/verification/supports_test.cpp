@@ -25,8 +25,6 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
-
 /// Every test runs with `-ts_type` rk and impact, those of rigid supports at rest with chebyshev, too.
 class OnSupports : public testing::TestWithParam<const char*> {
  protected:
@@ -70,7 +68,7 @@ TEST_P(OnRigidSupports, BallsFallAsDeepAsTheGroundIs) {
   const test::Option end{"-ts_max_time", "0.9"};
   Support ground = Support::floor(0.0, 0.6);
   ground.profile = {.x = {1.0, 4.5, 5.0, 9.0}, .height = {0.1, -0.25, 0.3, 0.3}};
-  test::Fall fall{balls(), 80.0, kGravity, {.height = 1.0}, {ground}};
+  test::Fall fall{balls(), 80.0, test::kGravity, {.height = 1.0}, {ground}};
   test::Recorder record;
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -78,10 +76,10 @@ TEST_P(OnRigidSupports, BallsFallAsDeepAsTheGroundIs) {
   const auto hits = by_ball(record.impacts);
   for (PetscInt node = fall.beam.begin(); node < fall.beam.end(); ++node) {
     const auto ball = static_cast<std::size_t>(node);
-    const double t0 = std::sqrt(2.0 * (1.0 - heights[ball]) / kGravity);
+    const double t0 = std::sqrt(2.0 * (1.0 - heights[ball]) / test::kGravity);
     ASSERT_FALSE(hits[ball].empty()) << node;
     EXPECT_NEAR(hits[ball][0].time, t0, within(1e-10)) << node;
-    EXPECT_NEAR(hits[ball][0].velocity_before, -kGravity * t0, within(1e-9)) << node;
+    EXPECT_NEAR(hits[ball][0].velocity_before, -test::kGravity * t0, within(1e-9)) << node;
     if (2.2 * t0 < 0.9) {
       ASSERT_GE(hits[ball].size(), 2U) << node;
       EXPECT_NEAR(hits[ball][1].time, 2.2 * t0, within(1e-10)) << node;
@@ -95,15 +93,15 @@ TEST_P(OnRigidSupports, BallsAboveTheYieldSpeedLoseMore) {
   floor.yield_speed = 2.0;
   InitialState initial{.height = 0.6};
   initial.shape = {.x = {0.0, 11.0}, .offset = {0.0, 1.1}, .velocity = {}};  // speeds from 3.4 to 5.8 m/s
-  test::Fall fall{balls(), 80.0, kGravity, initial, {floor}};
+  test::Fall fall{balls(), 80.0, test::kGravity, initial, {floor}};
   test::Recorder record{1.8};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
   const auto hits = by_ball(record.impacts);
   for (PetscInt node = fall.beam.begin(); node < fall.beam.end(); ++node) {
     const double height = 0.6 + 0.1 * fall.beam.position(node);
-    double speed = std::sqrt(2.0 * kGravity * height);
-    double time = speed / kGravity;
+    double speed = std::sqrt(2.0 * test::kGravity * height);
+    double time = speed / test::kGravity;
     ASSERT_GE(hits[static_cast<std::size_t>(node)].size(), 2U);
     for (const ImpactRecord& hit : hits[static_cast<std::size_t>(node)]) {
       const double e = speed > 2.0 ? 0.8 * std::pow(speed / 2.0, -0.25) : 0.8;
@@ -111,7 +109,7 @@ TEST_P(OnRigidSupports, BallsAboveTheYieldSpeedLoseMore) {
       EXPECT_NEAR(hit.velocity_after, e * speed, 10.0 * within(1e-9)) << node;
       EXPECT_NEAR(hit.energy_loss, 0.5 * kBall * speed * speed * (1.0 - e * e), 10.0 * within(1e-9)) << node;
       speed *= e;
-      time += 2.0 * speed / kGravity;
+      time += 2.0 * speed / test::kGravity;
     }
   }
   EXPECT_LT(std::abs(record.energies.back().drift()), within(1e-9));
@@ -124,7 +122,7 @@ TEST_P(OnRigidSupports, BallsBounceBetweenFloorAndCeiling) {
   ceiling.side = SupportSide::above;
   InitialState initial{.height = 0.5, .velocity = 6.0};
   initial.shape = {.x = {0.0, 11.0}, .offset = {-0.2, 0.2}, .velocity = {-1.0, 1.0}};
-  test::Fall fall{balls(), 40.0, kGravity, initial, {Support::floor(0.0, 0.9), ceiling}};
+  test::Fall fall{balls(), 40.0, test::kGravity, initial, {Support::floor(0.0, 0.9), ceiling}};
   test::Recorder record{1.6};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -135,10 +133,10 @@ TEST_P(OnRigidSupports, BallsBounceBetweenFloorAndCeiling) {
     double time = 0.0;
     ASSERT_GE(hits[static_cast<std::size_t>(node)].size(), 4U);
     for (const ImpactRecord& hit : hits[static_cast<std::size_t>(node)]) {
-      const double above = speed * speed - 2.0 * kGravity * (1.0 - place);
+      const double above = speed * speed - 2.0 * test::kGravity * (1.0 - place);
       const bool up = speed > 0.0 && above > 0.0;
-      const double arrived = up ? std::sqrt(above) : -std::sqrt(speed * speed + 2.0 * kGravity * place);
-      time += (speed - arrived) / kGravity;
+      const double arrived = up ? std::sqrt(above) : -std::sqrt(speed * speed + 2.0 * test::kGravity * place);
+      time += (speed - arrived) / test::kGravity;
       EXPECT_NEAR(hit.time, time, within(1e-9)) << node;
       EXPECT_EQ(hit.support, up ? 1 : 0) << node;
       // The squares: where a ball just reaches the ceiling its last speed is all error.
@@ -180,7 +178,7 @@ TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
   constexpr double kPeriod = 0.2;
   constexpr double kAmplitude = 0.009;
   constexpr int kRows = 200;  // per period: off the sine by (2 pi / 200)^4 / 384 of its amplitude
-  const double speed = 0.5 * kGravity * kPeriod;
+  const double speed = 0.5 * test::kGravity * kPeriod;
   const double w = 2.0 * std::numbers::pi / kPeriod;
   const double phase = std::acos(speed * (1.0 - kRestitution) / (1.0 + kRestitution) / (kAmplitude * w));
   std::vector<double> time;
@@ -192,7 +190,7 @@ TEST_P(OnSupports, BallOnAVibratingTableKeepsItsPeriod) {
     velocity.push_back(kAmplitude * w * std::cos(w * time.back() + phase));
   }
   const InitialState initial{.height = height.front(), .velocity = speed};
-  test::Fall fall{balls(), 80.0, kGravity, initial, {table(time, height, velocity, kRestitution)}};
+  test::Fall fall{balls(), 80.0, test::kGravity, initial, {table(time, height, velocity, kRestitution)}};
   test::Recorder record{0.05};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -265,14 +263,14 @@ TEST_P(OnSupports, BallsThatATableCatchesUpWithAreHit) {
 TEST_P(OnSupports, BallRidesOnATableAndFliesOff) {
   const test::Option end{"-ts_max_time", "1.0"};
   // s = 3 t^2 - 4 t^3 in the first second: s'' = 6 - 24 t = -g at t = (6 + g) / 24 = 0.66 s; then at rest.
-  const double flies = (6.0 + kGravity) / 24.0;
+  const double flies = (6.0 + test::kGravity) / 24.0;
   const auto s = [](double t) { return t * t * (3.0 - 4.0 * t); };
   const auto rate = [](double t) { return t * (6.0 - 12.0 * t); };
-  test::Fall fall{balls(), 80.0, kGravity, {.height = 0.4}, {table({0.0, 1.0}, {0.0, -1.0}, {0.0, -6.0}, 0.0)}};
+  test::Fall fall{balls(), 80.0, test::kGravity, {.height = 0.4}, {table({0.0, 1.0}, {0.0, -1.0}, {0.0, -6.0}, 0.0)}};
   test::Recorder record{0.04};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
-  const double lands = first_root([&](double t) { return 0.4 - 0.5 * kGravity * t * t - s(t); }, 0.0, 1.0);
+  const double lands = first_root([&](double t) { return 0.4 - 0.5 * test::kGravity * t * t - s(t); }, 0.0, 1.0);
   ASSERT_LT(lands, flies);
   for (const ImpactRecord& hit : record.impacts) {
     EXPECT_NEAR(hit.time, lands, within(1e-11));
@@ -287,15 +285,15 @@ TEST_P(OnSupports, BallRidesOnATableAndFliesOff) {
   for (std::size_t k = 0; k < record.times.size(); ++k) {
     const double t = record.times[k];
     const double after = t - flies;
-    const double expected = t < lands   ? 0.4 - 0.5 * kGravity * t * t
+    const double expected = t < lands   ? 0.4 - 0.5 * test::kGravity * t * t
                             : after < 0 ? s(t)
-                                        : s(flies) + rate(flies) * after - 0.5 * kGravity * after * after;
+                                        : s(flies) + rate(flies) * after - 0.5 * test::kGravity * after * after;
     for (const double position : record.positions[k]) {
       EXPECT_NEAR(position, expected, within(1e-11)) << t;
     }
     EXPECT_LT(std::abs(record.energies[k].drift()), within(1e-10)) << t;
   }
-  const double lost = 0.5 * std::pow(rate(lands) + kGravity * lands, 2);
+  const double lost = 0.5 * std::pow(rate(lands) + test::kGravity * lands, 2);
   EXPECT_NEAR(record.energies.back().lost_in_impacts, 12.0 * kBall * lost, 100.0 * within(1e-10));
 }
 
@@ -313,21 +311,21 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
     const double w = std::sqrt(stiffness);  // of each ball of 1 kg
     const double decay = ratio * w;
     const double turn = std::sqrt(w * w - decay * decay);
-    const double hits = std::sqrt(2.0 * 0.5 / kGravity);
-    const double arrives = -kGravity * hits;
+    const double hits = std::sqrt(2.0 * 0.5 / test::kGravity);
+    const double arrives = -test::kGravity * hits;
     // Gap t after the touch: about the static -g / w^2.
-    const double sine = (arrives + decay * kGravity / (w * w)) / turn;
+    const double sine = (arrives + decay * test::kGravity / (w * w)) / turn;
     const auto gap = [&](double t) {
-      return -kGravity / (w * w) +
-             std::exp(-decay * t) * (kGravity / (w * w) * std::cos(turn * t) + sine * std::sin(turn * t));
+      return -test::kGravity / (w * w) +
+             std::exp(-decay * t) * (test::kGravity / (w * w) * std::cos(turn * t) + sine * std::sin(turn * t));
     };
     const auto rate = [&](double t) {
-      return std::exp(-decay * t) * ((turn * sine - decay * kGravity / (w * w)) * std::cos(turn * t) -
-                                     (turn * kGravity / (w * w) + decay * sine) * std::sin(turn * t));
+      return std::exp(-decay * t) * ((turn * sine - decay * test::kGravity / (w * w)) * std::cos(turn * t) -
+                                     (turn * test::kGravity / (w * w) + decay * sine) * std::sin(turn * t));
     };
     const double touch = first_root([&](double t) { return -w * w * gap(t) - 2.0 * decay * rate(t); }, 1e-9 / w,
                                     2.0 * std::numbers::pi / w);
-    test::Fall fall{balls(), 80.0, kGravity, {.height = 0.5}, {spring(12.0 * stiffness, 12.0 * 2.0 * decay)}};
+    test::Fall fall{balls(), 80.0, test::kGravity, {.height = 0.5}, {spring(12.0 * stiffness, 12.0 * 2.0 * decay)}};
     test::Recorder record{0.01};
     fall.dynamics.add_observer(record);
     fall.dynamics.solve();
@@ -335,12 +333,12 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
     for (std::size_t k = 0; k < record.times.size(); ++k) {
       const double t = record.times[k];
       const double since = t - hits - touch;
-      if (since > rate(touch) / kGravity) {
+      if (since > rate(touch) / test::kGravity) {
         break;  // it falls again
       }
-      const double expected = t < hits      ? 0.5 - 0.5 * kGravity * t * t
+      const double expected = t < hits      ? 0.5 - 0.5 * test::kGravity * t * t
                               : since < 0.0 ? gap(t - hits)
-                                            : gap(touch) + rate(touch) * since - 0.5 * kGravity * since * since;
+                                            : gap(touch) + rate(touch) * since - 0.5 * test::kGravity * since * since;
       in_contact += t > hits && since < 0.0 ? 1 : 0;
       for (const double position : record.positions[k]) {
         EXPECT_NEAR(position, expected, within(1e-9)) << "k " << stiffness << ", zeta " << ratio << ", t " << t;
@@ -353,7 +351,7 @@ TEST_P(OnSupports, BallOnASpringFollowsTheClosedForm) {
   }
 }
 
-std::shared_ptr<const SupportMotion> shaken() {
+std::shared_ptr<const SupportMotion> swung() {
   return std::make_shared<SupportMotion>(std::vector<double>{0.0, 0.3, 0.5, 0.7, 0.9},
                                          std::vector<double>{0.0, 0.1, -0.1, 0.05, 0.0});
 }
@@ -361,14 +359,14 @@ std::shared_ptr<const SupportMotion> shaken() {
 TEST_P(OnSupports, BeamOnMovingAndGivingSupportsKeepsTheLedger) {
   const test::Option end{"-ts_max_time", "0.8"};
   Support moving{.position = 2.0, .width = 1.0, .restitution = 0.5};
-  moving.motion = shaken();
+  moving.motion = swung();
   Support giving{.position = 8.0, .width = 1.0};
   giving.stiffness = 1e6;
   giving.damping = 1e3;
   Support both{.position = 5.0, .width = 0.5, .height = -0.1};
   both.motion = moving.motion;
   both.stiffness = 1e5;
-  test::Fall fall{test::steel_beam(40), 100.0, kGravity, {.height = 0.6}, {moving, giving, both}};
+  test::Fall fall{test::steel_beam(40), 100.0, test::kGravity, {.height = 0.6}, {moving, giving, both}};
   test::Recorder record{0.02};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
@@ -376,11 +374,11 @@ TEST_P(OnSupports, BeamOnMovingAndGivingSupportsKeepsTheLedger) {
   EXPECT_GT(record.energies.back().lost_in_dampers, 1.0);
   EXPECT_GT(std::abs(record.energies.back().support_work), 1.0);
   // Momentum: what the supports and gravity gave is what the masses have.
-  double given = -kGravity * fall.beam.total_mass() * 0.8;
+  double given = -test::kGravity * fall.beam.total_mass() * 0.8;
   for (const double impulse : fall.dynamics.support_impulses()) {
     given += impulse;
   }
-  EXPECT_NEAR(test::momentum_of(fall.line, fall.dynamics), given, 1e-6 * fall.beam.total_mass() * kGravity);
+  EXPECT_NEAR(test::momentum_of(fall.line, fall.dynamics), given, 1e-6 * fall.beam.total_mass() * test::kGravity);
 }
 
 /// The tip mass of a cantilever of one element: q'' + (alpha + beta lambda^2) q' + lambda^2 q = 0.
@@ -515,11 +513,11 @@ TEST_P(OnSupports, DampedFallKeepsTheLedgerAndComesToRest) {
   const test::Option end{"-ts_max_time", "1.2"};
   const test::Option tolerance{"-ts_rtol", is("rk") ? "1e-9" : "1e-8"};
   Support moving{.position = 2.0, .width = 1.0, .restitution = 0.3};
-  moving.motion = shaken();
+  moving.motion = swung();
   const Support pad{.position = 8.0, .width = 1.0, .restitution = 0.3};
   const NodalLoad load{.position = 5.0, .time = {0.1, 0.15, 0.4, 0.7}, .force = {0.0, -3e4, 2e4, 0.0}};
-  test::Fall fall{test::steel_beam(30), 100.0, kGravity, {.height = 0.3},
-                  {moving, pad},        {},    {load},   {.mass = 0.5, .stiffness = 2e-3}};
+  test::Fall fall{test::steel_beam(30), 100.0, test::kGravity, {.height = 0.3},
+                  {moving, pad},        {},    {load},         {.mass = 0.5, .stiffness = 2e-3}};
   test::Recorder record{0.02};
   fall.dynamics.add_observer(record);
   fall.dynamics.solve();
