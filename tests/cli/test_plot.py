@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: long
+# ranks: 1; size: long
 """udar-plot on synthetic run folders in the format of docs/output.md. UDAR_PLOT: the executable."""
 import json
 import os

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: medium
+# ranks: 1; size: medium
 """Contact on the line does not depend on the mesh, also under point supports, and keeps energy; the unfiltered beam."""
 
 import pathlib

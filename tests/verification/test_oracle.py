@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: long
+# ranks: 1; size: long
 """Impacts and gauges against an independent event-driven solution without time-step error (data/README.md)."""
 
 import json

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: medium
+# ranks: 1; size: medium
 """Supports with a width converge under mesh refinement, point supports do not."""
 
 import pathlib

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # size: long
-"""The answer does not depend on the number of ranks, and a restarted run goes on as if it had never stopped."""
+"""The answer does not depend on the number of ranks."""
 
 import pathlib
 import sys
@@ -9,30 +9,11 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
-from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case, datasets
-
-# The orbits of these cases amplify a difference up to their end by less than 1000 (data/README.md), and 1e-12 m is what
-# solves in another order of the ranks may differ by.
-TOLERANCE = 1e-9  # [m]
+from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case
+from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MOTION, MOVING_LINE, TOLERANCE
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
-MOTION = pathlib.Path(__file__).resolve().parent / "data" / "support_motion.csv"
-GIVING = {  # one support moves, one gives way, one does both
-    "support_position": "2,8,5",
-    "support_width": "1,1,0.5",
-    "support_height": "0,0,-0.1",
-    "support_motion": f"{MOTION},none,{MOTION}",
-    "support_stiffness": "inf,1e6,1e5",
-    "support_damping": "0,1e3,0",
-    "initial_height": 0.6,
-    "ts_rtol": 1e-10,
-}
-# Steps of 1e-10 are by rounding, and an impulse between their ends is by where these are.
-MOVING_LINE = {**GIVING, "contact_surface": "line", "support_damping": 0, "ts_rtol": 1e-8}
-DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
-LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
-CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf
 CASES = {
     "elastic": {"contact_restitution": 1},
     "plastic": {"contact_restitution": 0.5},
@@ -99,10 +80,6 @@ CASES = {
 }
 
 
-def lines(path):
-    return path.read_text().splitlines()
-
-
 class Ranks(UdarTest):
     def check(self, changes, ranks_to_try):
         changes = dict(changes)
@@ -167,41 +144,7 @@ class Ranks(UdarTest):
                 np.testing.assert_allclose(found[f"line_{gauge}"], line, rtol=0, atol=1e-9, err_msg=place)
             self.assertEqual(len(run.csv("impacts.csv")["time"]), 0)
 
-
-for key, value in CASES.items():
-    tried = {"plastic": (1, 2, 3, 4), "pads_and_ceiling": (2, 3)}.get(key, (3,))
-    setattr(Ranks, f"test_{key}", lambda self, value=value, tried=tried: self.check(value, tried))
-
-
-class Restart(UdarTest):
-    def check(self, ranks, steps, **changes):
-        """A run to the end, against one stopped after some steps and gone on with from its restart file."""
-        options = case(ts_max_time=0.8, restart_interval=0.1, output_field_interval=0.1, **changes)
-        whole = self.run_case(options, ranks, name="whole")
-        first = self.run_case({**options, "ts_max_steps": steps}, ranks, name="first", code=STOPPED_BY_STEPS)
-        second = self.run_case({**options, "restart_file": first.file("restart.h5")}, ranks, name="second")
-        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv", "contact.csv"):
-            all_rows, head, tail = (lines(run.file(name)) for run in (whole, first, second))
-            self.assertEqual(tail[0], all_rows[0], f"header of {name}")
-            if name == "gauges.csv":
-                self.assertLess(len(head), len(all_rows), f"the first run was stopped before its end{first}")
-            self.assertEqual(tail[1:], all_rows[len(all_rows) - len(tail) + 1 :], f"{name} after the restart{second}")
-            self.assertGreaterEqual(len(head) + len(tail) - 1, len(all_rows), f"{name}: rows are missing{second}")
-        self.assertEqual(lines(second.file("envelope.csv")), lines(whole.file("envelope.csv")), "of both runs together")
-        expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
-        self.assertEqual(sorted(found), sorted(expected))
-        for name, value in expected.items():
-            # A sum over several ranks goes on from its total: rounded elsewhere, and nothing else depends on it.
-            exact = ranks == 1 or pathlib.PurePath(name).name != "load_work"
-            np.testing.assert_allclose(
-                found[name], value, rtol=0 if exact else 1e-14, atol=0, err_msg=f"restart.h5:/{name} at the end"
-            )
-        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap",
-                    "support_impulse", "force_window", "peak_support_force"):
-            self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
-
-
-    def test_on_another_number_of_ranks(self):
+    def test_restart_on_another_number_of_ranks(self):
         options = case(ts_max_time=0.6, contact_restitution=0.5, ts_type="rk")
         whole = self.run_case(options, name="whole")
         first = self.run_case({**options, "ts_max_steps": 150}, 2, name="first", code=STOPPED_BY_STEPS)
@@ -214,50 +157,9 @@ class Restart(UdarTest):
                 np.testing.assert_allclose(found[name], values[-rows:], rtol=0, atol=TOLERANCE, err_msg=name)
 
 
-# Steps after which some mass has hit or rests, and before the end.
-UNFILTERED = {"filter_frequency": "none", "ts_dt": 5e-4, "contact_restitution": 0.5}
-STOPS = {"rk": ((1, 60), (2, 150)), "chebyshev": ((1, 5), (2, 8)), "impact": ((1, 40), (2, 60))}
-for name, changes in {
-    "elastic": {"contact_restitution": 1},
-    "plastic": {"contact_restitution": 0.5},
-    "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
-    "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
-    "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
-    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
-}.items():
-    for integrator, stops in STOPS.items():
-        if name in ("moving_and_giving", "damped") and integrator == "chebyshev":
-            continue
-        for ranks, steps in stops:
-            setattr(
-                Restart,
-                f"test_{name}_by_{integrator}_after_{steps}_steps_on_{ranks}",
-                lambda self, ranks=ranks, steps=steps, changes={**changes, "ts_type": integrator}: self.check(
-                    ranks, steps, **changes
-                ),
-            )
-
-MANY = {"contact_line_dense_max": 0, "floor": True, "initial_slope": 0.02}
-for integrator, steps, changes, name in (
-    ("rk", 150, LINE_CONTACT, "line_contact"),
-    ("impact", 60, LINE_CONTACT, "line_contact"),
-    ("moreau", 950, UNFILTERED, "unfiltered"),
-    ("moreau", 950, {**UNFILTERED, "support_motion": MOTION}, "unfiltered_on_moving_supports"),
-    ("rk", 150, MOVING_LINE, "moving_and_giving_line"),
-    ("impact", 40, MOVING_LINE, "moving_and_giving_line"),
-    ("rk", 150, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
-    ("impact", 40, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
-    ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
-    ("impact", 60, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
-):
-    for ranks in (1, 2):
-        setattr(
-            Restart,
-            f"test_{name}_by_{integrator}_on_{ranks}",
-            lambda self, ranks=ranks, steps=steps, changes={**changes, "ts_type": integrator}: self.check(
-                ranks, steps, **changes
-            ),
-        )
+for key, value in CASES.items():
+    tried = {"plastic": (1, 2, 3, 4), "pads_and_ceiling": (2, 3)}.get(key, (3,))
+    setattr(Ranks, f"test_{key}", lambda self, value=value, tried=tried: self.check(value, tried))
 
 if __name__ == "__main__":
     unittest.main()

@@ -1,5 +1,5 @@
-#!/usr/bin/python3
-# size: medium
+#!/usr/bin/env python3
+# ranks: 1; size: medium
 """Masses that rest: runs of rk that once stood for ever at a release, and the work of a load on a node that rests."""
 
 import pathlib

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+# ranks: 1 2; size: long
+"""A restarted run goes on as if it had never stopped: bit for bit on the same number of ranks."""
+
+import os
+import pathlib
+import sys
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+from common import STOPPED_BY_STEPS, UdarTest, case, datasets
+from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MOTION, MOVING_LINE
+
+RANKS = int(os.environ.get("UDAR_RANKS", "1"))
+
+
+def lines(path):
+    return path.read_text().splitlines()
+
+
+class Restart(UdarTest):
+    def check(self, steps, **changes):
+        """A run to the end, against one stopped after some steps and gone on with from its restart file."""
+        options = case(ts_max_time=0.8, restart_interval=0.1, output_field_interval=0.1, **changes)
+        whole = self.run_case(options, RANKS, name="whole")
+        first = self.run_case({**options, "ts_max_steps": steps}, RANKS, name="first", code=STOPPED_BY_STEPS)
+        second = self.run_case({**options, "restart_file": first.file("restart.h5")}, RANKS, name="second")
+        for name in ("gauges.csv", "energy.csv", "impacts.csv", "rests.csv", "contact.csv"):
+            all_rows, head, tail = (lines(run.file(name)) for run in (whole, first, second))
+            self.assertEqual(tail[0], all_rows[0], f"header of {name}")
+            if name == "gauges.csv":
+                self.assertLess(len(head), len(all_rows), f"the first run was stopped before its end{first}")
+            self.assertEqual(tail[1:], all_rows[len(all_rows) - len(tail) + 1 :], f"{name} after the restart{second}")
+            self.assertGreaterEqual(len(head) + len(tail) - 1, len(all_rows), f"{name}: rows are missing{second}")
+        self.assertEqual(lines(second.file("envelope.csv")), lines(whole.file("envelope.csv")), "of both runs together")
+        expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
+        self.assertEqual(sorted(found), sorted(expected))
+        for name, value in expected.items():
+            # A sum over several ranks goes on from its total: rounded elsewhere, and nothing else depends on it.
+            exact = RANKS == 1 or pathlib.PurePath(name).name != "load_work"
+            np.testing.assert_allclose(
+                found[name], value, rtol=0 if exact else 1e-14, atol=0, err_msg=f"restart.h5:/{name} at the end"
+            )
+        for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap",
+                    "support_impulse", "force_window", "peak_support_force"):
+            self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")
+
+
+def add_test(name, steps, changes):
+    setattr(Restart, f"test_{name}_after_{steps}_steps", lambda self: self.check(steps, **changes))
+
+
+# Steps after which some mass has hit or rests, and before the end.
+UNFILTERED = {"filter_frequency": "none", "ts_dt": 5e-4, "contact_restitution": 0.5}
+STOPS = {1: {"rk": 60, "chebyshev": 5, "impact": 40}, 2: {"rk": 150, "chebyshev": 8, "impact": 60}}[RANKS]
+for name, changes in {
+    "elastic": {"contact_restitution": 1},
+    "plastic": {"contact_restitution": 0.5},
+    "tilted_floor": {"support_position": None, "floor": True, "contact_restitution": 0.5, "initial_slope": 0.02},
+    "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
+    "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
+    "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
+}.items():
+    for integrator, steps in STOPS.items():
+        if name in ("moving_and_giving", "damped") and integrator == "chebyshev":
+            continue
+        add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
+
+MANY = {"contact_line_dense_max": 0, "floor": True, "initial_slope": 0.02}
+for integrator, steps, changes, name in (
+    ("rk", 150, LINE_CONTACT, "line_contact"),
+    ("impact", 60, LINE_CONTACT, "line_contact"),
+    ("moreau", 950, UNFILTERED, "unfiltered"),
+    ("moreau", 950, {**UNFILTERED, "support_motion": MOTION}, "unfiltered_on_moving_supports"),
+    ("rk", 150, MOVING_LINE, "moving_and_giving_line"),
+    ("impact", 40, MOVING_LINE, "moving_and_giving_line"),
+    ("rk", 150, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
+    ("impact", 40, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
+    ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
+    ("impact", 60, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
+):
+    add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
+
+if __name__ == "__main__":
+    unittest.main()
