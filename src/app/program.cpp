@@ -64,12 +64,15 @@ int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Com
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond the limit is an error of the write, which names it
   io::start_hdf5();
   try {
-    const petsc::Session session{argc, argv, help};
-    if (session.version_requested()) {
-      print_versions(PETSC_COMM_WORLD);
-      return 0;
-    }
+    petsc::Session session{argc, argv};
+    // Printed before the session ends: a rank that ends with an error takes the others with it, also one that has yet
+    // to say why.
     const std::string failure = failure_of(PETSC_COMM_WORLD, [&] {
+      session.insert_options(help);
+      if (session.version_requested()) {
+        print_versions(PETSC_COMM_WORLD);
+        return;
+      }
       code = program(PETSC_COMM_WORLD);
       if (petsc::Session::help_found_nothing()) {
         throw InputError{"-help: no key of that topic; topics are words of keys, such as beam, filter, support, ts"};
@@ -83,7 +86,7 @@ int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Com
         std::fflush(stderr);
       }
     }
-  } catch (const std::exception& error) {  // an options file that cannot be used: the same on every rank
+  } catch (const std::exception& error) {  // before MPI is up
     if (petsc::Session::on_first_rank()) {
       std::fprintf(stderr, "udar: error: %s\n", petsc::with_option_keys(error.what()).c_str());
     }

@@ -139,7 +139,9 @@ bool is_any_of(std::string_view word, std::initializer_list<std::string_view> na
 
 }  // namespace
 
-Session::Session(int& argc, char**& argv, const char* help) : Session{argc, argv} {
+Session::Session(int argc, char** argv, const char* help) : Session{argc, argv} { insert_options(help); }
+
+void Session::insert_options(const char* help) {
   if (help_ && help_topic_.empty()) {
     UDAR_CALL(PetscPrintf(PETSC_COMM_WORLD, "%s", help));
   }

@@ -15,18 +15,25 @@ namespace udar::petsc {
 /// @brief Initialises MPI, PETSc and SLEPc for the life of the object.
 ///
 /// A first word without a dash is a case file, as are those named by `-options_file` (YAML, or PETSc's own text form).
-/// They are inserted here, over `.petscrc` and `PETSC_OPTIONS` and below the command line. From here on a failing PETSc
-/// call prints nothing by itself: its message travels in `petsc::Error`.
+/// They are inserted by `insert_options`, over `.petscrc` and `PETSC_OPTIONS` and below the command line. From here on
+/// a failing PETSc call prints nothing by itself: its message travels in `petsc::Error`.
 /// @note Collective over `MPI_COMM_WORLD`. Options: `-options_file`, `-options_file_yaml`, `-options_string_yaml`
 class Session {
  public:
+  /// Starts all, and inserts the options.
   /// @param help printed first by `-help`
-  /// @throws InputError if an options file cannot be read or parsed, or a word belongs to no option
-  Session(int& argc, char**& argv, const char* help);
+  /// @throws InputError as `insert_options` does
+  Session(int argc, char** argv, const char* help);
+  /// Starts all, with no option of the files yet.
+  Session(int argc, char** argv);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   ~Session();
 
+  /// Inserts what files, the environment and the command line ask for; once.
+  /// @param help printed first by `-help`
+  /// @throws InputError if an options file cannot be read or parsed, or a word belongs to no option
+  void insert_options(const char* help);
   /// Whether `-version` was given.
   [[nodiscard]] bool version_requested() const noexcept { return version_; }
   /// Whether `-help TOPIC` found no key of that topic.
@@ -41,7 +48,6 @@ class Session {
   static void forget_unused_options();
 
  private:
-  Session(int argc, char** argv);
   void begin_log_of_files() const;
 
   std::array<std::string, 2> environment_;  // PETSC_OPTIONS, PETSC_OPTIONS_YAML as they were
