@@ -25,7 +25,7 @@ endfunction()
 
 # udar_add_program(TARGET FILE SOURCE...): an installed program FILE, in the build folder itself.
 function(udar_add_program target file)
-  add_executable(${target} ${ARGN})
+  add_executable(${target} ${ARGN} ${PROJECT_SOURCE_DIR}/src/preinit.cpp)
   udar_own_code(${target})
   target_link_libraries(${target} PRIVATE udar::udar nlohmann_json::nlohmann_json)
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${file} RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})

@@ -8,7 +8,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <initializer_list>
 #include <string>
@@ -18,6 +17,7 @@
 
 #include "petsc/help.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/ignored_signals.hpp"
 #include "udar/petsc/log.hpp"
 #include "udar/petsc/option_sources.hpp"
 #include "udar/petsc/options.hpp"
@@ -82,27 +82,6 @@ void choose_waiting() {
     setenv("OMPI_MCA_threads_pthreads_yield_strategy", crowded ? "nanosleep" : "sched_yield", 0);
   }
 }
-
-/// Signals that the process was started to ignore, as `nohup` does: PETSc and MPI take some of them.
-class IgnoredSignals {
- public:
-  IgnoredSignals() {
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2}) {
-      struct sigaction action{};
-      if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_IGN) {
-        signals_.push_back(signal);
-      }
-    }
-  }
-  void restore() const {
-    for (const int signal : signals_) {
-      std::signal(signal, SIG_IGN);
-    }
-  }
-
- private:
-  std::vector<int> signals_;
-};
 
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
@@ -190,9 +169,9 @@ Session::Session(int argc, char** argv)
   arguments_.push_back(nullptr);
   char** values = arguments_.data();
   choose_waiting();
-  const IgnoredSignals ignored;
+  note_ignored_signals();
   check(SlepcInitialize(&count, &values, nullptr, nullptr), "SlepcInitialize");
-  ignored.restore();
+  ignore_noted_signals();
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   first_rank() = rank == 0;

@@ -619,6 +619,14 @@ class Printing(UdarTest):
             self.assertIn(unit, result.out)
         self.assertEqual(list(self.scratch.iterdir()), [], "-help writes nothing")
 
+    def test_reader_that_stops_reading(self):
+        """`udar -help | head` is no crash, though PETSc takes SIGPIPE."""
+        reader = subprocess.Popen(["true"], stdin=subprocess.PIPE)
+        reader.wait()
+        done = subprocess.run(command({"help": True}), stdout=reader.stdin, stderr=subprocess.PIPE, text=True, timeout=60)
+        reader.stdin.close()
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
     def test_help_of_a_topic(self):
         ours = self.run_case({"help": "support"}).out
         keys = [line.split()[0] for line in ours.splitlines() if line.startswith("  -")]
