@@ -25,7 +25,7 @@ double even_step(double wished, double interval, double end) {
   return whole / std::ceil(whole / wished * (1.0 - kWhole));
 }
 
-FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const BeamParameters& beam) {
+FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const ModelParameters& model) {
   FilterParameters filter = input.filter.parameters;
   if (filter.unfiltered && input.time.step > 0.0) {
     filter.filter_frequency = 2.0 / even_step(input.time.step, input.output.output.interval, input.time.end);
@@ -35,7 +35,7 @@ FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const Bea
     filter.filter_frequency = filter.filter_frequency > 0.0 ? filter.filter_frequency : kAny;
     return filter;
   }
-  return input.filter.automatic ? choose_filter(comm, beam, input.filter) : filter;
+  return input.filter.automatic ? choose_filter(comm, model, input.filter) : filter;
 }
 
 /// Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
@@ -56,12 +56,15 @@ double settled_force_window(double asked, const Case& settled) {
 
 CaseInput read_case(MPI_Comm comm) {
   CaseInput input;
-  input.beam = read_beam(comm);
+  input.structure = read_structure(comm);
+  if (!input.structure.imported || petsc::Session::help_requested()) {
+    input.beam = read_beam(comm);
+  }
   input.filter = read_filter(comm, input.beam.formulation);
   input.start = read_start(comm);
   input.contact = read_contact(comm);
   input.output = read_output(comm);
-  for (const double gauge : input.output.gauges) {
+  for (const double gauge : input.structure.imported ? std::vector<double>{} : input.output.gauges) {
     require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.beam.length()});
   }
   input.time = read_time(comm, input.filter.parameters.unfiltered);
@@ -77,7 +80,9 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   Case settled;
   settled.beam = input.beam.beam;
   settled.beam.mass_patches = input.contact.mass_patches;
-  settled.filter = settled_filter(comm, input, settled.beam);
+  settled.imported = input.structure.imported;
+  settled.write = input.structure.write;
+  settled.filter = settled_filter(comm, input, settled);
   settled.gravity = input.start.gravity;
   settled.loads = input.start.loads;
   settled.damping = input.start.damping;

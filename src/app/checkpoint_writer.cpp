@@ -11,13 +11,13 @@
 
 namespace udar::app {
 
-CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam,
+CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
                                    std::span<const std::unique_ptr<Observer>> others)
     : dynamics_{&dynamics},
-      order_{beam.comm(), node_range(beam)},
+      order_{point_order(structure.points())},
       path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
       interval_{input.restart.interval},
-      parameters_{describe(input).parameters()} {
+      parameters_{describe(input, structure).parameters()} {
   for (const auto& other : others) {
     others_.push_back(other.get());
   }
@@ -44,14 +44,14 @@ void CheckpointWriter::set_next(double time) {
   next_ = interval_ > 0.0 ? time + (interval_ - std::fmod(time, interval_)) : 0.0;
 }
 
-MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam) {
+MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure& structure) {
   const auto accept = [&](std::span<const Parameter> there) {
-    const std::string differ = differences(there, describe(input).parameters());
+    const std::string differ = differences(there, describe(input, structure).parameters());
     if (!differ.empty()) {
       throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
     }
   };
-  const io::PointOrder order{beam.comm(), node_range(beam)};
+  const io::PointOrder order = point_order(structure.points());
   MotionState state = io::read_checkpoint(order, input.restart.file, accept);
   dynamics.restore(state);
   return state;

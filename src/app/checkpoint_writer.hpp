@@ -19,7 +19,7 @@ namespace udar::app {
 class CheckpointWriter final : public Observer {
  public:
   /// @param others what is flushed before, so that no row is missing between this run and the one that goes on
-  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const BeamChain& beam,
+  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
                    std::span<const std::unique_ptr<Observer>> others);
 
   void step(const Progress& progress) override;
@@ -43,6 +43,6 @@ class CheckpointWriter final : public Observer {
 
 /// @brief The state in `-restart_file`, put into `dynamics`; observers are restored by who owns them.
 /// @note Collective. @throws InputError naming each parameter that differs, with both values; FileError
-[[nodiscard]] MotionState restore(ImpactDynamics& dynamics, const Case& input, const BeamChain& beam);
+[[nodiscard]] MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure& structure);
 
 }  // namespace udar::app

@@ -4,12 +4,13 @@
 #include "udar/filter/describe.hpp"
 #include "udar/motion/describe.hpp"
 #include "udar/structure/describe.hpp"
+#include "udar/structure/structure.hpp"
 
 namespace udar::app {
 
-Description describe(const Case& input) {
+Description describe(const Case& input, const Structure& structure) {
   Description all;
-  udar::describe(all, input.beam);
+  structure.describe(all);
   udar::describe(all, input.filter);
   all.add("corrected modes, lowest", static_cast<double>(input.exact.lowest));
   all.add_each("corrected modes", input.exact.named, [](PetscInt mode) { return mode; });

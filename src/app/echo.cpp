@@ -19,16 +19,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 // A fall from here ends at 140 m/s, faster than anything is dropped on supports.
 constexpr double kHighFall = 1000.0;
 
-bool held(const BeamParameters& beam) {
-  const auto foundation = [](const BeamSegment& segment) { return segment.foundation_stiffness > 0.0; };
-  return beam.left.translational_stiffness > 0.0 || beam.right.translational_stiffness > 0.0 ||
-         beam.left.rotational_stiffness > 0.0 || beam.right.rotational_stiffness > 0.0 || !beam.line_supports.empty() ||
-         std::ranges::any_of(beam.segments, foundation);
-}
-
-bool moves_as_rigid(const Case& input) {
+bool moves_as_rigid(const Case& input, const Structure& structure) {
   const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
-  return !held(input.beam) && input.loads.empty() && input.initial.shape.x.empty() &&
+  return !structure.held() && input.loads.empty() && input.initial.shape.x.empty() &&
          std::ranges::none_of(input.beam.segments, gap);
 }
 
@@ -84,13 +77,14 @@ std::string contact_text(const Case& input) {
 
 }  // namespace
 
-std::optional<double> expected_contact(const Case& input, const BeamChain& beam) {
-  if (!moves_as_rigid(input) || input.supports.empty()) {
+std::optional<double> expected_contact(const Case& input, const Structure& structure) {
+  if (!moves_as_rigid(input, structure) || input.supports.empty()) {
     return std::nullopt;
   }
-  const MassState masses = initial_masses(beam.points(), input.initial);
+  const MassPoints& points = structure.points();
+  const MassState masses = initial_masses(points, input.initial);
   double first = kNever;
-  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& run : contacts.sets) {
     const double lift = run.lift(0.0).height;
     for (std::size_t node = run.first; node < run.last; ++node) {
@@ -99,16 +93,23 @@ std::optional<double> expected_contact(const Case& input, const BeamChain& beam)
                        gap > 0.0 ? meeting_time(gap, run.side * masses.velocity[node], run.side * input.gravity) : 0.0);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_DOUBLE, MPI_MIN, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_DOUBLE, MPI_MIN, points.comm());
   return first < kNever ? std::optional{first} : std::nullopt;
 }
 
 void print_echo(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes) {
-  const BeamChain& beam = line.beam();
+  const Structure& structure = line.structure();
+  const MassPoints& points = structure.points();
   std::ostringstream text;
   text.precision(4);
-  text << "beam      " << beam.total_mass() << " kg, " << beam.length() << " m, " << beam.elements() << " elements, "
-       << (held(input.beam) ? "held" : "free") << '\n';
+  if (const BeamChain* beam = structure.chain(); beam != nullptr) {
+    text << "beam      " << beam->total_mass() << " kg, " << beam->length() << " m, " << beam->elements()
+         << " elements, ";
+  } else {
+    text << "structure " << points.total_mass() << " kg, x from " << points.extent().from << " to "
+         << points.extent().to << " m, " << points.total() << " masses, ";
+  }
+  text << (structure.held() ? "held" : "free") << '\n';
   text << "modes    ";
   for (const Mode& mode : modes) {
     text << ' ' << mode.frequency << (&mode == &modes.back() ? " rad/s" : ",");
@@ -127,30 +128,31 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << '\n';
   }
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
-  if (const auto first = expected_contact(input, beam)) {
+  if (const auto first = expected_contact(input, structure)) {
     text << "contact   expected at t = " << *first << " s, from the flight of a rigid beam\n";
   }
   const OutputSize size = output_size(input);
   text << "output    " << input.output.directory << ": " << static_cast<long long>(size.rows) << " rows, "
        << static_cast<long long>(size.field_rows) << " of fields, at most " << std::ceil(size.bytes / 1e6)
        << " MB without events, up to t = " << input.end_time << " s\n";
-  UDAR_CALL(PetscPrintf(beam.comm(), "%s", text.str().c_str()));
+  UDAR_CALL(PetscPrintf(points.comm(), "%s", text.str().c_str()));
 }
 
-void warn_of_implausible(const Case& input, const BeamChain& beam) {
-  const MPI_Comm comm = beam.comm();
+void warn_of_implausible(const Case& input, const Structure& structure) {
+  const MassPoints& points = structure.points();
+  const MPI_Comm comm = points.comm();
   if (input.gravity < 0.0) {
     petsc::warn(comm,
                 "-gravity %g m/s^2 pulls upwards; it is the magnitude of a pull downwards, give it without the minus "
                 "if that is meant",
                 input.gravity);
   }
-  if (input.supports.empty() && !held(input.beam)) {
+  if (input.supports.empty() && !structure.held()) {
     petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
   }
   double highest = 0.0;
-  const MassState masses = initial_masses(beam.points(), input.initial);
-  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  const MassState masses = initial_masses(points, input.initial);
+  const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& run : contacts.sets) {
     for (std::size_t node = run.first; node < run.last; ++node) {
       highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));
@@ -160,18 +162,18 @@ void warn_of_implausible(const Case& input, const BeamChain& beam) {
   if (highest > kHighFall) {
     petsc::warn(comm, "the beam starts %g m from a support; lengths are in metres, not millimetres", highest);
   }
-  if (const auto first = expected_contact(input, beam); first && *first > input.end_time) {
+  if (const auto first = expected_contact(input, structure); first && *first > input.end_time) {
     petsc::warn(comm,
                 "the first contact is expected at t = %.4g s, after the end of the run at %g s; raise -ts_max_time",
                 *first, input.end_time);
   }
 }
 
-void warn_of_no_contact(const Case& input, const BeamChain& beam) {
-  const auto first = expected_contact(input, beam);
+void warn_of_no_contact(const Case& input, const Structure& structure) {
+  const auto first = expected_contact(input, structure);
   if (!input.supports.empty() && !(first && *first > input.end_time)) {
-    petsc::warn(beam.comm(), "nothing touched a support up to t = %g s; see -udar_view for where they are",
-                input.end_time);
+    petsc::warn(structure.points().comm(),
+                "nothing touched a support up to t = %g s; see -udar_view for where they are", input.end_time);
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -23,19 +25,18 @@ double rounded_up(double value) {
 [[noreturn]] void refuse_count(const char* option, PetscInt asked, std::size_t found) {
   throw InputError{std::string{"option "} + option + ": " + std::to_string(asked) +
                    " is not allowed, expected at most " + std::to_string(found) +
-                   ", the flexible modes that this beam has"};
+                   ", the flexible modes that this structure has"};
 }
 
-std::vector<Mode> coarse_modes(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter, PetscInt count) {
-  return exact_modes(BeamChain{comm, coarser(comm, beam, count).value_or(beam)}, filter.parameters, count);
-}
+/// So many of the lowest modes; of a beam on a mesh that is fine enough for them.
+using LowestModes = std::function<std::vector<Mode>(PetscInt)>;
 
 /// Modes up to the band's end, all there are if that is above them.
-std::vector<Mode> modes_in_band(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter) {
+std::vector<Mode> modes_in_band(const LowestModes& lowest, const FilterInput& filter) {
   constexpr PetscInt kMost = 64;  // more than anybody reads
   std::vector<Mode> modes;
   for (PetscInt count = 4; count <= kMost; count *= 2) {
-    modes = coarse_modes(comm, beam, filter, count);
+    modes = lowest(count);
     if (static_cast<PetscInt>(modes.size()) < count || modes.back().frequency > filter.band) {
       break;
     }
@@ -48,8 +49,9 @@ std::vector<Mode> modes_in_band(MPI_Comm comm, const BeamParameters& beam, const
 /// where the line has more elements than that needs.
 std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   constexpr PetscInt kEchoed = 3;
-  const MPI_Comm comm = line.beam().comm();
-  const auto coarse = input.view ? std::nullopt : coarser(comm, input.beam, kEchoed);
+  const MPI_Comm comm = line.points().comm();
+  const bool fine = input.view || input.imported;
+  const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
   if (!coarse) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
   }
@@ -84,16 +86,22 @@ std::optional<BeamParameters> coarser(MPI_Comm comm, const BeamParameters& beam,
   return coarse;
 }
 
-FilterParameters choose_filter(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter) {
+FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, const FilterInput& filter) {
   if (!filter.automatic) {
     return filter.parameters;
   }
+  const std::unique_ptr<const Structure> given = model.imported ? make_structure(comm, model) : nullptr;
+  const LowestModes lowest = [&](PetscInt count) {
+    return given ? exact_modes(*given, filter.parameters, count)
+                 : exact_modes(BeamChain{comm, coarser(comm, model.beam, count).value_or(model.beam)},
+                               filter.parameters, count);
+  };
   double highest = filter.band;
   std::vector<Mode> modes;
   if (highest > 0.0) {
-    modes = modes_in_band(comm, beam, filter);
+    modes = modes_in_band(lowest, filter);
   } else {
-    modes = coarse_modes(comm, beam, filter, filter.modes);
+    modes = lowest(filter.modes);
     if (static_cast<PetscInt>(modes.size()) < filter.modes) {
       refuse_count("-filter_modes", filter.modes, modes.size());
     }
@@ -114,14 +122,14 @@ FilterParameters choose_filter(MPI_Comm comm, const BeamParameters& beam, const 
 }
 
 std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact) {
-  const MPI_Comm comm = line.beam().comm();
+  const MPI_Comm comm = line.points().comm();
   const double wf = line.filter_frequency();
   const PetscInt last_named = exact.named.empty() ? 0 : std::ranges::max(exact.named);
   const PetscInt last = std::max(exact.lowest, last_named);
   if (last == 0) {
     return {};
   }
-  std::vector<Mode> modes = exact_modes(line.beam(), line.parameters(), last + 2);
+  std::vector<Mode> modes = exact_modes(line.structure(), line.parameters(), last + 2);
   if (static_cast<PetscInt>(modes.size()) < last) {
     refuse_count(last == last_named ? "-filter_correct_mode" : "-filter_correct_modes", last, modes.size());
   }

@@ -20,38 +20,38 @@ constexpr double kStiff = 3.0;
 }  // namespace
 
 SupportSprings support_springs(const FilteredStructure& line, const Case& input) {
-  const BeamChain& beam = line.beam();
+  const MassPoints& points = line.points();
   if (line.parameters().unfiltered || input.contact.surface == ContactSurface::line) {
     return {};  // nothing gives way
   }
   const double wf2 = line.filter_frequency() * line.filter_frequency();
-  const MassState masses = initial_masses(beam.points(), input.initial);
+  const MassState masses = initial_masses(points, input.initial);
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
-  const Contacts contacts = find_contacts(beam.points(), input.supports);
+  const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& run : contacts.sets) {
     for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
       drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, beam.comm());
-  MPI_Allreduce(MPI_IN_PLACE, &drop, 1, MPI_DOUBLE, MPI_MIN, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, points.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &drop, 1, MPI_DOUBLE, MPI_MIN, points.comm());
   SupportSprings springs;
   if (stiffness > 0.0) {
     const double gravity = std::max(input.gravity, 0.0);
     const double speed2 = input.initial.velocity * input.initial.velocity + 2.0 * gravity * drop;
-    const double resting = beam.total_mass() * gravity / stiffness;
+    const double resting = points.total_mass() * gravity / stiffness;
     springs = {.stiffness = stiffness,
                .drop = drop,
-               .predicted_sag = resting + std::sqrt(resting * resting + speed2 * beam.total_mass() / stiffness)};
+               .predicted_sag = resting + std::sqrt(resting * resting + speed2 * points.total_mass() / stiffness)};
   }
   return springs;
 }
 
 void print_warnings(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs) {
-  const MPI_Comm comm = line.beam().comm();
+  const MPI_Comm comm = line.points().comm();
   if (!line.parameters().unfiltered && !modes.empty() && !modes.front().corrected &&
       modes.front().distortion() < -kWarningShare) {
     petsc::warn(comm,

@@ -31,7 +31,7 @@ double rows_of(double interval, double end) { return interval > 0.0 ? end / inte
 }  // namespace
 
 OutputSize output_size(const Case& input) {
-  double nodes = 0.0;
+  double nodes = input.imported ? static_cast<double>(input.imported->places.size()) : 0.0;  // as many, or unknown
   for (const BeamSegment& segment : input.beam.segments) {
     nodes += static_cast<double>(segment.elements) + 1.0;
   }

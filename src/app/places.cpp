@@ -1,6 +1,7 @@
 #include "udar/app/places.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -45,28 +46,38 @@ double way_to_support(const Case& input, double x) {
   return way;
 }
 
-}  // namespace
-
-BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support) {
-  if (std::isinf(support.width)) {
-    return {.first = 0, .last = beam.elements()};
+/// Where points of one x are. @note Collective.
+double x_of(const MassPoints& points, const PointRows& rows) {
+  double x = -std::numeric_limits<double>::infinity();
+  for (const PointRows::Row& row : rows.rows) {
+    x = std::max(x, points.place(row.first).x);
   }
-  if (support.width == 0.0) {
-    const PetscInt node = beam.nearest_node(support.position);
-    return {.first = node, .last = node};
-  }
-  return beam.nodes_within(support.from(), support.to());
+  MPI_Allreduce(MPI_IN_PLACE, &x, 1, MPI_DOUBLE, MPI_MAX, points.comm());
+  return x;
 }
 
-std::vector<Placed> placed_at_nodes(const Case& input, const BeamChain& beam) {
+}  // namespace
+
+Place place_of(const MassPoints& points, PetscInt global) {
+  std::array<double, 3> place{};
+  if (points.owns(global)) {
+    const auto [x, y, z] = points.place(static_cast<std::size_t>(global - points.begin()));
+    place = {x, y, z};
+  }
+  MPI_Allreduce(MPI_IN_PLACE, place.data(), 3, MPI_DOUBLE, MPI_SUM, points.comm());
+  return {.x = place[0], .y = place[1], .z = place[2]};
+}
+
+std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points) {
   std::vector<Placed> all;
   const auto add = [&](const char* name, std::size_t index, double asked) {
-    all.push_back(
-        {.name = name + std::to_string(index), .asked = asked, .used = beam.position(beam.nearest_node(asked))});
+    const double used = place_of(points, points.nearest({.x = asked})).x;
+    all.push_back({.name = name + std::to_string(index), .asked = asked, .used = used});
   };
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
-    if (input.supports[i].width == 0.0) {
-      add("support ", i, input.supports[i].position);
+    if (const Support& support = input.supports[i]; support.width == 0.0) {
+      const double used = x_of(points, points.section(support.position));
+      all.push_back({.name = "support " + std::to_string(i), .asked = support.position, .used = used});
     }
   }
   for (std::size_t i = 0; i < input.beam.line_supports.size(); ++i) {
@@ -81,32 +92,47 @@ std::vector<Placed> placed_at_nodes(const Case& input, const BeamChain& beam) {
   return all;
 }
 
-void warn_of_places(const Case& input, const BeamChain& beam) {
+void warn_of_places(const Case& input, const Structure& structure) {
+  const MassPoints& points = structure.points();
+  const BeamChain* beam = structure.chain();
   std::vector<std::string> moved;
-  for (const auto& [name, asked, used] : placed_at_nodes(input, beam)) {
-    const double allowed = std::min(kShareOfBeam * beam.length(), kShareOfWay * way_to_support(input, asked));
+  for (const auto& [name, asked, used] : placed_at_nodes(input, points)) {
+    const double allowed =
+        std::min(kShareOfBeam * points.extent().length(), kShareOfWay * way_to_support(input, asked));
     if (std::abs(used - asked) > allowed) {
       std::ostringstream text;
       text << name << " at x = " << asked << " m is taken to the nearest node, at x = " << used << " m";
       moved.push_back(text.str());
     }
   }
-  warn(beam.comm(), moved, "more -beam_elements, or a border of two segments of -beam_length there, put a node there");
+  warn(points.comm(), moved,
+       beam != nullptr ? "more -beam_elements, or a border of two segments of -beam_length there, put a node there"
+                       : "a finer mesh has one there");
 
   std::vector<std::string> narrow;
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     const Support& support = input.supports[i];
-    const auto [first, last] = touched_nodes(beam, support);
-    if (support.width > 0.0 && first == last) {
+    if (support.width == 0.0 || std::isinf(support.width)) {
+      continue;
+    }
+    if (const PointRows touched = touched_points(points, support); touched.count == 1) {
+      const double x = x_of(points, touched);
       std::ostringstream text;
-      text << "support " << i << " is " << support.width << " m wide but covers one node, " << first
-           << " at x = " << beam.position(first) << " m, of elements of "
-           << beam.element(std::min(first, beam.elements() - 1)).length << " m";
+      text << "support " << i << " is " << support.width << " m wide but covers one node, ";
+      if (beam != nullptr) {
+        const PetscInt node = beam->nearest_node(x);
+        text << node << " at x = " << x << " m, of elements of "
+             << beam->element(std::min(node, beam->elements() - 1)).length << " m";
+      } else {
+        text << "at x = " << x << " m";
+      }
       narrow.push_back(text.str());
     }
   }
-  warn(beam.comm(), narrow,
-       "it is met by one mass, as a support without width is: more -beam_elements spread it over its width");
+  warn(points.comm(), narrow,
+       beam != nullptr
+           ? "it is met by one mass, as a support without width is: more -beam_elements spread it over its width"
+           : "it is met by one mass");
 }
 
 }  // namespace udar::app

@@ -19,6 +19,7 @@
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
 #include "udar/petsc/warnings.hpp"
+#include "udar/structure/beam_matrices.hpp"
 
 namespace udar::app {
 namespace {
@@ -32,16 +33,16 @@ Case asked_case(MPI_Comm comm) {
 }
 
 /// All that is said before the first step.
-void introduce(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes) {
+void introduce(const Case& input, FilteredStructure& line, const std::vector<Mode>& modes) {
   const SupportSprings springs = support_springs(line, input);
   if (input.view) {
     print_view(input, line, modes, springs);
   } else {
     print_echo(input, line, modes);
   }
-  warn_of_implausible(input, line.beam());
+  warn_of_implausible(input, line.structure());
   print_warnings(input, line, modes, springs);
-  warn_of_places(input, line.beam());
+  warn_of_places(input, line.structure());
 }
 
 /// Runs to the end, or to what ends it: the last good step is kept and reported then, too.
@@ -78,7 +79,6 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
                   modes = settle_modes(line, input);
                 }
               }};
-  const BeamChain& beam = *model.structure->chain();
   ImpactDynamics dynamics{model};
   if (help) {
     return {};
@@ -87,15 +87,18 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   refuse_large_output(input);
   std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {
-    earlier = restore(dynamics, input, beam);
+    earlier = restore(dynamics, input, *model.structure);
   }
   io::prepare_run_directory(comm, input.output.directory, input.output.overwrite, input.restart.file);
+  if (!input.write.empty()) {
+    write_beam_matrices(*model.structure->chain(), input.write);
+  }
   introduce(input, model.line, modes);
 
   RunOutput output{input, model.line, dynamics, earlier ? &*earlier : nullptr};
   earlier.reset();
   if (hooks.listener) {
-    dynamics.add_observer(hooks.listener(input, beam, model.line.mass()));
+    dynamics.add_observer(hooks.listener(input, model.structure->points()));
   }
   if (hooks.stop_signal) {
     dynamics.set_stop_request([&] { return hooks.stop_signal() != 0; });

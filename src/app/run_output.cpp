@@ -14,11 +14,11 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
               io::sampling_interval(input.output.interval, longest_sample(input))},
       observers_{io::make_run_writers(make_layout(input, line, dynamics.fields()), input.output.directory,
                                       input.output.interval, input.output.field_interval, &forces_, &peaks_)},
-      files_{line.beam().comm(), input.output.directory} {
-  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, line.beam(), observers_);
+      files_{line.points().comm(), input.output.directory} {
+  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, line.structure(), observers_);
   checkpoint_ = writer.get();
   observers_.push_back(std::move(writer));
-  observers_.push_back(std::make_unique<ProgressLine>(line.beam().comm()));
+  observers_.push_back(std::make_unique<ProgressLine>(line.points().comm()));
   for (const auto& observer : observers_) {
     if (earlier != nullptr) {
       observer->restore(*earlier);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "udar/app/echo.hpp"
+#include "udar/app/places.hpp"
 #include "udar/io/versions.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
@@ -21,14 +22,15 @@ io::Summary make_summary(const Case& input, FilteredStructure& line, const Impac
                          const RunOutput& output) {
   const io::SupportForces& forces = output.forces();
   const io::Peaks& peaks = output.peaks();
-  const BeamChain& beam = line.beam();
+  const MassPoints& points = line.points();
   const RunCounts& counts = dynamics.counts();
   int size = 1;
-  MPI_Comm_size(beam.comm(), &size);
+  MPI_Comm_size(points.comm(), &size);
   io::Summary summary;
   summary.completed = dynamics.completed();
   summary.end_time = dynamics.time();
-  summary.elements = beam.elements();
+  const BeamChain* beam = line.structure().chain();
+  summary.elements = beam != nullptr ? beam->elements() : 0;
   summary.ranks = size;
   TSType type = nullptr;
   UDAR_CALL(TSGetType(dynamics.stepper(), &type));
@@ -66,7 +68,7 @@ io::Summary make_summary(const Case& input, FilteredStructure& line, const Impac
   summary.energy_drift = dynamics.energy().drift();
   summary.gauge_position = input.gauges;
   for (const double gauge : input.gauges) {
-    summary.gauge_node_position.push_back(beam.position(beam.nearest_node(gauge)));
+    summary.gauge_node_position.push_back(place_of(points, points.nearest({.x = gauge})).x);
   }
   summary.warnings = petsc::take_warnings();
   summary.versions = io::library_versions();
@@ -93,11 +95,11 @@ void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
 
 io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
                       const RunOutput& output, const RunMarks& marks) {
-  const MPI_Comm comm = line.beam().comm();
+  const MPI_Comm comm = line.points().comm();
   const CostMark end = cost_mark();
   warn_of_drift(comm, dynamics.energy().drift());
   if (dynamics.completed() && dynamics.counts().first_contact_time < 0.0) {
-    warn_of_no_contact(input, line.beam());
+    warn_of_no_contact(input, line.structure());
   }
   warn_of_yielding(comm, output.peaks());
   io::Summary summary = make_summary(input, line, dynamics, output);

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "udar/app/describe_case.hpp"
 #include "udar/app/places.hpp"
+#include "udar/filter/filter_cost.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/describe.hpp"
 
@@ -39,30 +42,57 @@ void print(MPI_Comm comm, const char* title, const Description& what) {
 }
 
 void add_structure(Description& built, const FilteredStructure& line) {
-  const BeamChain& beam = line.beam();
+  const MassPoints& points = line.points();
   int ranks = 1;
-  MPI_Comm_size(beam.comm(), &ranks);
-  built.add("length [m]", rounded(beam.length()));
-  built.add("mass [kg]", rounded(beam.total_mass()));
-  built.add("elements", static_cast<double>(beam.elements()));
-  built.add("nodes", static_cast<double>(beam.nodes()));
+  MPI_Comm_size(points.comm(), &ranks);
+  built.add("length [m]", rounded(points.extent().length()));
+  built.add("mass [kg]", rounded(points.total_mass()));
+  if (const BeamChain* beam = line.structure().chain(); beam != nullptr) {
+    built.add("elements", static_cast<double>(beam->elements()));
+  }
+  built.add("nodes", static_cast<double>(points.total()));
   built.add("ranks", ranks);
 }
 
+/// What matrices cost, and whether the filter pays. @note Collective; a second of solves.
+void add_cost(Description& built, FilteredStructure& line) {
+  PetscInt unknowns = 0;
+  UDAR_CALL(MatGetSize(line.structure().stiffness(), &unknowns, nullptr));
+  const FilterCost cost = measure_cost(line);
+  const double ratio = cost.highest_frequency / line.filter_frequency();
+  built.add("unknowns", static_cast<double>(unknowns));
+  built.add("nonzeros of the factor, of an unknown",
+            rounded({cost.factor_nonzeros, cost.factor_nonzeros / static_cast<double>(unknowns)}));
+  built.add("a solve, of four together [s]", rounded({cost.solve_time, cost.batch_time}));
+  built.add("a product with the stiffness [s]", rounded(cost.product_time));
+  built.add("a solve, products", rounded(cost.solve_time / cost.product_time));
+  built.add("highest frequency of the mesh [rad/s], wf", rounded({cost.highest_frequency, ratio}));
+  for (const auto& [type, solves] : {std::pair{"impact", FilterCost::kImpactSolves},
+                                     std::pair{"chebyshev, between few impacts", FilterCost::kChebyshevSolves}}) {
+    const double least = cost.break_even(solves);
+    built.add(std::string{"the filter with "} + type, std::string{ratio > least ? "pays" : "does not pay"} +
+                                                          ": above " + rounded(least) + " wf, gains " +
+                                                          rounded(ratio / least) + " times");
+  }
+}
+
 void add_filter(Description& built, const FilteredStructure& line) {
-  const BeamChain& beam = line.beam();
+  const BeamChain* beam = line.structure().chain();
   const double wf = line.filter_frequency();
   if (line.parameters().unfiltered) {
     built.add("time step [s]", rounded(2.0 / wf));
   } else {
-    const double decay = decay_length(beam, wf);
-    built.add("decay length [m]", rounded(decay));
-    built.add("decay length, elements", rounded(decay / beam.length() * static_cast<double>(beam.elements())));
+    if (beam != nullptr) {
+      const double decay = decay_length(*beam, wf);
+      built.add("decay length [m]", rounded(decay));
+      built.add("decay length, elements", rounded(decay / beam->length() * static_cast<double>(beam->elements())));
+    }
     built.add("residual of the first solves", rounded(line.worst_residual()));
   }
   const std::string reason = line.chain() != nullptr ? "" : line.filter_operator().block_form_reason();
   built.add("line solver (details: -filter_ksp_view)",
             line.chain() != nullptr ? "chain recursion"
+            : beam == nullptr       ? "assembled matrix"
             : reason.empty()        ? "assembled block form, as asked for"
                                     : "assembled block form, because the chain recursion cannot carry it: " + reason);
 }
@@ -72,22 +102,30 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
   if (input.supports.empty()) {
     return;
   }
-  const BeamChain& beam = line.beam();
-  std::vector<double> first;
-  std::vector<double> last;
+  const MassPoints& points = line.points();
+  std::vector<double> count;
+  std::vector<double> ends;  // the last node, and the first below zero: one reduction finds both
   std::vector<double> stiffness;
   const double wf = line.filter_frequency();
   for (const Support& support : input.supports) {
-    const auto [begin, end] = touched_nodes(beam, support);
-    double mass = 0.0;
-    for (PetscInt node = std::max(begin, beam.begin()); node <= std::min(end, beam.end() - 1); ++node) {
-      mass += line.mass()[static_cast<std::size_t>(node - beam.begin())];
-    }
-    first.push_back(static_cast<double>(begin));
-    last.push_back(static_cast<double>(end));
-    stiffness.push_back(wf * wf * mass);
+    const PointRows touched = touched_points(points, support);
+    const double none = -std::numeric_limits<double>::infinity();
+    const bool here = !touched.rows.empty();
+    ends.push_back(here ? static_cast<double>(points.begin()) + static_cast<double>(touched.rows.back().last) - 1.0
+                        : none);
+    ends.push_back(here ? -static_cast<double>(points.begin()) - static_cast<double>(touched.rows.front().first)
+                        : none);
+    count.push_back(static_cast<double>(touched.count));
+    stiffness.push_back(wf * wf * touched.mass);
   }
-  MPI_Allreduce(MPI_IN_PLACE, stiffness.data(), static_cast<int>(stiffness.size()), MPI_DOUBLE, MPI_SUM, beam.comm());
+  MPI_Allreduce(MPI_IN_PLACE, ends.data(), static_cast<int>(ends.size()), MPI_DOUBLE, MPI_MAX, points.comm());
+  std::vector<double> first;
+  std::vector<double> last;
+  for (std::size_t i = 0; i < ends.size(); i += 2) {
+    last.push_back(ends[i]);
+    first.push_back(-ends[i + 1]);
+  }
+  built.add("supports, nodes", count);
   built.add("supports, first node", first);
   built.add("supports, last node", last);
   built.add("supports, stiffness of filter springs [N/m]", rounded(stiffness));
@@ -99,18 +137,15 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
 }
 
 /// Where things that act at nodes are, and where they were asked for. @note Collective.
-void add_places(Description& built, const Case& input, const BeamChain& beam) {
-  for (const auto& [name, asked, used] : placed_at_nodes(input, beam)) {
+void add_places(Description& built, const Case& input, const MassPoints& points) {
+  for (const auto& [name, asked, used] : placed_at_nodes(input, points)) {
     built.add(name + ", asked [m], node, its place [m]",
-              rounded({asked, static_cast<double>(beam.nearest_node(asked)), used}));
+              rounded({asked, static_cast<double>(points.nearest({.x = asked})), used}));
   }
   for (std::size_t i = 0; i < input.loads.size(); ++i) {
-    const auto [near, far] = beam.lever(input.loads[i].position);
     std::vector<double> shares;
-    for (const auto& [node, share] : {near, far}) {
-      if (share > 0.0) {
-        shares.insert(shares.end(), {static_cast<double>(node), beam.position(node), share});
-      }
+    for (const auto& [node, share] : points.lever({.x = input.loads[i].position})) {
+      shares.insert(shares.end(), {static_cast<double>(node), place_of(points, node).x, share});
     }
     built.add("load " + std::to_string(i) + ", nodes, places [m], shares", rounded(shares));
   }
@@ -126,19 +161,22 @@ void print_modes(MPI_Comm comm, const std::vector<Mode>& modes) {
 
 }  // namespace
 
-void print_view(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
+void print_view(const Case& input, FilteredStructure& line, const std::vector<Mode>& modes,
                 const SupportSprings& springs) {
-  const BeamChain& beam = line.beam();
-  print(beam.comm(), "case, as a restart compares it:", describe(input));
+  const MPI_Comm comm = line.points().comm();
+  print(comm, "case, as a restart compares it:", describe(input, line.structure()));
   Description built;
   add_structure(built, line);
   add_filter(built, line);
+  if (line.structure().chain() == nullptr) {
+    add_cost(built, line);
+  }
   add_supports(built, input, line, springs);
-  add_places(built, input, beam);
+  add_places(built, input, line.points());
   built.add("output", input.output.directory);
   built.add("interval of rows, of fields [s]", rounded({input.output.interval, input.output.field_interval}));
-  print(beam.comm(), "as built:", built);
-  print_modes(beam.comm(), modes);
+  print(comm, "as built:", built);
+  print_modes(comm, modes);
 }
 
 }  // namespace udar::app

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
@@ -113,10 +114,32 @@ std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
   return values;
 }
 
+/// Largest K_ii / m_i [1/s^2] of matrices.
+double largest_ratio(const Structure& structure) {
+  petsc::Vector diagonal;
+  UDAR_CALL(MatCreateVecs(structure.stiffness(), nullptr, diagonal.put()));
+  UDAR_CALL(MatGetDiagonal(structure.stiffness(), diagonal));
+  double largest = 0.0;
+  {
+    const petsc::ReadArray stiffness{diagonal};
+    const std::span<const double> mass = structure.points().mass();
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      largest = std::max(largest, stiffness.values()[i] / mass[i]);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, structure.points().comm());
+  return largest;
+}
+
 std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_shapes) {
-  // A mode this slow compared with wf is a rigid motion seen through round-off; a value as close to one is the mass
-  // where the line is held.
+  // A mode this slow compared with wf is a rigid motion seen through round-off, which assembled matrices have more of;
+  // a value as close to one is the mass where the line is held.
   constexpr double kRigid = 1e-12;
+  constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+  double rigid = kRigid;
+  if (line.structure().chain() == nullptr) {
+    rigid = std::max(rigid, kRounding * largest_ratio(line.structure()) / std::pow(line.filter_frequency(), 2.0));
+  }
   const PetscInt count = wanted.count;
   wanted.count += line.structure().rigid_modes();
   std::vector<std::vector<double>> shapes;
@@ -125,7 +148,7 @@ std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_sha
   std::vector<Mode> modes;
   for (std::size_t i = 0; i < values.size() && static_cast<PetscInt>(modes.size()) < count; ++i) {
     const double share = values[i];  // w^2 / (wf^2 + w^2)
-    if (share > kRigid && share < 1.0 - kRigid) {
+    if (share > rigid && share < 1.0 - kRigid) {
       Mode mode{.frequency = wf * std::sqrt(share / (1.0 - share)), .filtered = wf * std::sqrt(share), .shape = {}};
       if (with_shapes) {
         mode.shape = std::move(shapes[i]);
@@ -134,6 +157,21 @@ std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_sha
     }
   }
   return modes;
+}
+
+/// Near the first frequency of a beam; of matrices, which do not tell, a thousandth of what no frequency is far above:
+/// the modes themselves correct it.
+double first_guess(const Structure& structure) {
+  if (const BeamChain* beam = structure.chain(); beam != nullptr) {
+    double softest = std::numeric_limits<double>::infinity();
+    for (const BeamSegment& segment : beam->parameters().segments) {
+      if (!segment.is_gap()) {
+        softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
+      }
+    }
+    return softest * std::pow(std::numbers::pi * 1.5 / beam->length(), 2.0);
+  }
+  return 1e-3 * std::sqrt(largest_ratio(structure));
 }
 
 }  // namespace
@@ -150,25 +188,24 @@ std::vector<Mode> lowest_modes(FilteredStructure& line, PetscInt count) {
   return modes_of(line, {.count = count}, false);
 }
 
-std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count) {
+std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters& filter, PetscInt count) {
   const double wf = filter.filter_frequency;
   FilterParameters parameters = filter;
   parameters.unfiltered = false;
   // Shares w^2 / (wf^2 + w^2) of the first and the last mode as far from 0 as from 1: wf is their geometric mean.
-  double softest = std::numeric_limits<double>::infinity();
-  for (const BeamSegment& segment : beam.parameters().segments) {
-    if (!segment.is_gap()) {
-      softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
-    }
-  }
-  parameters.filter_frequency = softest * std::pow(std::numbers::pi * 1.5 / beam.length(), 2.0);
+  parameters.filter_frequency = first_guess(structure);
   constexpr int kMostTrials = 8;
   constexpr double kNear = 2.0;
+  constexpr double kFarBelow = 1e-3;
   for (int trial = 0; trial < kMostTrials; ++trial) {
-    FilteredStructure line{beam, parameters};
+    FilteredStructure line{structure, parameters};
     const std::vector<Mode> rough = modes_of(line, {.count = count, .tolerance = 1e-9, .measure = EPS_CONV_ABS}, false);
     if (rough.empty()) {
-      break;
+      if (structure.chain() != nullptr) {
+        break;
+      }
+      parameters.filter_frequency *= kFarBelow;  // all below what it resolves
+      continue;
     }
     const double best = std::sqrt(rough.front().frequency * rough.back().frequency);
     const double ratio = best / std::exchange(parameters.filter_frequency, best);
@@ -176,7 +213,7 @@ std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& fil
       break;
     }
   }
-  FilteredStructure line{beam, parameters};
+  FilteredStructure line{structure, parameters};
   // 1e-13: the line solve is right to 1e-14, and shapes are right to the residual over the distance of the shares,
   // some 1e-2; frequencies to the square of that.
   std::vector<Mode> modes = modes_of(line, {.count = count, .tolerance = 1e-13, .measure = EPS_CONV_ABS}, true);

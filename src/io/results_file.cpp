@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "udar/io/hdf5_file.hpp"
@@ -112,6 +113,19 @@ void add_units(Hdf5File& file, const std::string& name, const std::string& units
 
 std::vector<std::int64_t> as_int64(std::span<const PetscInt> values) { return {values.begin(), values.end()}; }
 
+/// What a picture has in the place of each point: those that move along y show where the structure is, and each other
+/// one is the first of these once more.
+std::vector<std::int64_t> points_in_pictures(const RunLayout& layout) {
+  constexpr std::int64_t kHeight = 2;  // the direction whose position is one
+  const auto first = std::ranges::find(layout.direction, kHeight) - layout.direction.begin();
+  std::vector<std::int64_t> shown;
+  for (std::size_t point = 0; point < layout.direction.size(); ++point) {
+    const bool stays = layout.direction[point] == kHeight || first == std::ssize(layout.direction);
+    shown.push_back(layout.nodes.begin + (stays ? static_cast<std::int64_t>(point) : first));
+  }
+  return shown;
+}
+
 void add_layout(Hdf5File& file, const RunLayout& layout) {
   for (const auto& [library, version] : library_versions()) {
     file.add_attribute("/", library + "_version", version);
@@ -131,6 +145,18 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   std::iota(node.begin(), node.end(), layout.nodes.begin);
   file.add_node_values("/node", layout.nodes, node);
   add_units(file, "/node", "1");
+  if (layout.topology.cells == Topology::Cells::vertices) {
+    for (const auto& [name, values] : {std::pair{"/y", &layout.y}, {"/z", &layout.z}}) {
+      file.add_node_values(name, layout.nodes, *values);
+      add_units(file, name, "m");
+    }
+    const std::vector<std::int64_t> shown = points_in_pictures(layout);
+    for (const auto& [name, values] :
+         {std::pair{"/direction", &layout.direction}, {"/unknown", &layout.number}, {"/shown", &shown}}) {
+      file.add_node_values(name, layout.nodes, *values);
+      add_units(file, name, "1");
+    }
+  }
   file.add_small("/gauge_node", as_int64(layout.gauge_node));
   add_units(file, "/gauge_node", "1");
   file.add_small("/gauge_position", layout.gauge_position);

@@ -176,10 +176,15 @@ void write_grid(Writer& writer, const Parts& parts, const Topology& topology,
   std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
   writer.values("/VTKHDF/Supports/number", numbers);
   writer.values("/VTKHDF/Supports/points", support_points, {parts.support_points, 3});
-  std::vector<Piece> connectivity{parts.fixed("/node", 0), parts.fixed("/node", parts.nodes)};
+  const bool scattered = topology.cells == Topology::Cells::vertices;
+  const char* shown = scattered ? "/shown" : "/node";
+  std::vector<Piece> connectivity{parts.fixed(shown, 0), parts.fixed(shown, parts.nodes)};
   std::vector<Piece> points;
   for (const hsize_t first : {hsize_t{0}, parts.nodes}) {
     points.push_back({"/x", {parts.nodes}, {first, 0}, {1, 1}, {1, 1}, {parts.nodes, 1}});
+    if (scattered) {
+      points.push_back({"/z", {parts.nodes}, {first, 2}, {1, 1}, {1, 1}, {parts.nodes, 1}});
+    }
   }
   if (parts.support_points > 0) {
     connectivity.push_back(
@@ -279,7 +284,8 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
       fields_{layout.fields_in_pictures()} {
   std::array<double, 2> ends{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   if (!layout.x.empty()) {
-    ends = {layout.x.front(), -layout.x.back()};
+    const auto [least, largest] = std::ranges::minmax(layout.x);
+    ends = {least, -largest};
   }
   MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MIN, comm_);
   for (const RunLayout::Support& support : layout.supports) {

@@ -75,7 +75,7 @@ void XdmfFile::append(double time) {
   const bool polyline = topology_.cells == Topology::Cells::polyline;
   grid += std::string{"\"/>\n        <Topology TopologyType=\""} + (polyline ? "Polyline" : "Polyvertex") +
           "\" NodesPerElement=\"" + (polyline ? nodes : "1") + "\" NumberOfElements=\"" + (polyline ? "1" : nodes) +
-          "\">\n          " + fixed("/node", "Int", "") +
+          "\">\n          " + fixed(polyline ? "/node" : "/shown", "Int", "") +
           "        </Topology>\n"
           "        <Geometry GeometryType=\"X_Y_Z\">\n          " +
           fixed("/x", "Float", unique);

@@ -364,6 +364,12 @@ void check_petsc_options() {
   }
 }
 
+std::string unread_option(std::string_view group) {
+  const Words keys = unread_keys();
+  const auto found = std::ranges::find_if(keys, [&](const std::string& key) { return key.starts_with(group); });
+  return found != keys.end() ? "-" + *found : std::string{};
+}
+
 void check_unknown_options(MPI_Comm comm, std::string_view group) {
   std::string unused;
   std::string unread;

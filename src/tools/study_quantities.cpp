@@ -12,16 +12,18 @@
 #include <vector>
 
 #include "udar/app/case.hpp"
+#include "udar/app/places.hpp"
 #include "udar/app/run.hpp"
 
 namespace udar::study {
 
-Sampler::Sampler(const app::Case& input, const BeamChain& beam, std::span<const double> mass)
-    : comm_{beam.comm()}, interval_{input.output.interval}, mass_{mass.begin(), mass.end()} {
+Sampler::Sampler(const app::Case& input, const MassPoints& points)
+    : comm_{points.comm()}, interval_{input.output.interval}, mass_(points.points()) {
   std::array<double, 3> moments{};
   const auto count = mass_.size();
   for (std::size_t i = 0; i < count; ++i) {
-    x_.push_back(beam.position(beam.begin() + static_cast<PetscInt>(i)));
+    mass_[i] = points.direction(i) == Direction::y ? points.mass()[i] : 0.0;
+    x_.push_back(points.place(i).x);
     moments[0] += mass_[i];
     moments[1] += mass_[i] * x_[i];
   }
@@ -35,10 +37,9 @@ Sampler::Sampler(const app::Case& input, const BeamChain& beam, std::span<const 
   MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, comm_);
   inertia_ = moments[2];
   for (const double gauge : input.gauges) {
-    const PetscInt node = beam.nearest_node(gauge);
-    const bool here = beam.begin() <= node && node < beam.end();
-    gauge_.push_back(here ? node - beam.begin() : -1);
-    gauge_x_.push_back(beam.position(node) - centre);
+    const PetscInt node = points.nearest({.x = gauge});
+    gauge_.push_back(points.owns(node) ? node - points.begin() : -1);
+    gauge_x_.push_back(app::place_of(points, node).x - centre);
   }
 }
 

@@ -29,7 +29,7 @@ struct Sample {
 class Sampler final : public Observer {
  public:
   /// @note Collective.
-  Sampler(const app::Case& input, const BeamChain& beam, std::span<const double> mass);
+  Sampler(const app::Case& input, const MassPoints& points);
 
   [[nodiscard]] double interval() const override { return interval_; }
 
@@ -41,8 +41,8 @@ class Sampler final : public Observer {
  private:
   MPI_Comm comm_;
   double interval_;
-  std::vector<double> mass_;
-  std::vector<double> x_;  // from the centre of mass
+  std::vector<double> mass_;  // of what moves along y
+  std::vector<double> x_;     // from the centre of mass
   double total_ = 0.0;
   double inertia_ = 0.0;
   std::vector<PetscInt> gauge_;  // local node, or negative

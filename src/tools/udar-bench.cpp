@@ -119,7 +119,7 @@ Numbers displacement(const BeamChain& beam, PetscInt begin, PetscInt end, double
 
 /// Largest error of the acceleration relative to its largest value.
 double error_of(FilteredStructure& line, double offset) {
-  const BeamChain& beam = line.beam();
+  const BeamChain& beam = *line.structure().chain();
   const Numbers exact =
       tools::quad_line(beam, line.filter_frequency(), displacement(beam, 0, beam.nodes(), offset), {}).stretch;
   Numbers stretch(static_cast<std::size_t>(beam.local_nodes()));
@@ -406,7 +406,7 @@ int run_bench(MPI_Comm comm) {
     return 0;
   }
   refuse_correction(asked.exact);
-  const FilterParameters filter = app::choose_filter(comm, beam, asked);
+  const FilterParameters filter = app::choose_filter(comm, {.beam = beam}, asked);
   if (beam.segments.size() > 1 && (kind != Kind::solve || decades > 0.0)) {
     throw InputError{"option -beam_length: the tables and -bench_mass_decades are for one segment"};
   }

@@ -143,10 +143,9 @@ class Group {
     outcome.reason = app::failure_of(comm, [&] {
       std::optional<study::Sampler> sampler;
       app::Case input;
-      const auto listener = [&](const app::Case& seen, const BeamChain& beam,
-                                std::span<const double> mass) -> Observer& {
+      const auto listener = [&](const app::Case& seen, const MassPoints& points) -> Observer& {
         input = seen;
-        return sampler.emplace(seen, beam, mass);
+        return sampler.emplace(seen, points);
       };
       const app::RunResult result = app::run(comm, {.listener = listener, .stop_signal = app::StopSignals::received});
       code = result.exit_code;

@@ -99,7 +99,7 @@ TEST_P(Held, AutomaticFrequencyIsTheLeastThatReachesTheAccuracy) {
         filter.automatic = true;
         filter.accuracy = accuracy;
         filter.modes = count;
-        const FilterParameters chosen = app::choose_filter(PETSC_COMM_WORLD, parameters, filter);
+        const FilterParameters chosen = app::choose_filter(PETSC_COMM_WORLD, {.beam = parameters}, filter);
         std::vector<Mode> modes = exact_modes(beam, chosen, count);
         // The mesh of the choice and its own differ by 1e-5, the frequency is rounded up to six digits.
         EXPECT_LT(-modes.back().distortion(), accuracy * (1.0 + (elements > 20 ? 2e-5 : 0.0)));
@@ -121,7 +121,7 @@ TEST(AutomaticFrequency, OfABandKeepsItsEdge) {
   app::FilterInput filter;
   filter.automatic = true;
   filter.band = 160.0;
-  const FilterParameters chosen = app::choose_filter(PETSC_COMM_WORLD, test::steel_beam(20), filter);
+  const FilterParameters chosen = app::choose_filter(PETSC_COMM_WORLD, {.beam = test::steel_beam(20)}, filter);
   EXPECT_NEAR(1.0 - filtered_frequency(160.0, chosen.filter_frequency) / 160.0, 0.01, 1e-7);
 }
 
@@ -203,7 +203,7 @@ struct CorrectedFall : test::Fall {
               .initial = at_start,
               .supports = std::move(under)},
              [&](FilteredStructure& made) {
-               made.correct(corrected(exact_modes(made.beam(), made.parameters(), 4), named));
+               made.correct(corrected(exact_modes(made.structure(), made.parameters(), 4), named));
              }} {}
 };
 

@@ -24,7 +24,7 @@ struct Exact {
   test::Eigen modes{.values = {}, .vectors = test::Dense{0}};
 
   Exact(FilteredStructure& line, const std::vector<std::int32_t>& resting) {
-    const BeamChain& beam = line.beam();
+    const BeamChain& beam = *line.structure().chain();
     const auto n = static_cast<std::size_t>(beam.nodes());
     const auto first = static_cast<std::size_t>(beam.begin());
     const auto count = static_cast<std::size_t>(beam.local_nodes());

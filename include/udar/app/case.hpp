@@ -2,6 +2,7 @@
 /// @file
 /// A case in two steps: what the user asked for, and what is run; plain, checked values, const once they are there.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,12 @@ struct BeamInput {
   Formulation formulation = Formulation::mixed;
 };
 
+/// @brief What takes the beam's place, if anything does.
+struct StructureInput {
+  std::optional<ImportParameters> imported;
+  std::string write;  ///< where a beam's own matrices go, the beginning of the names of files; empty: nowhere
+};
+
 /// @brief Start and loads.
 struct StartInput {
   double gravity = 9.81;  ///< [m/s^2]
@@ -85,6 +92,7 @@ struct TimeInput {
 
 /// @brief What was asked for: everything `udar` reads from the options database, once, before anything is built.
 struct CaseInput {
+  StructureInput structure;
   BeamInput beam;
   FilterInput filter;
   StartInput start;
@@ -95,6 +103,7 @@ struct CaseInput {
 
 /// @brief What is run: the filter frequency chosen, forces averaged over a time that makes sense.
 struct Case : ModelParameters {
+  std::string write{};  ///< see `StructureInput`
   ModeChoice exact{};
   std::vector<double> gauges{};  ///< [m]
   OutputParameters output{};

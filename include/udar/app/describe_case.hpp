@@ -4,10 +4,11 @@
 
 #include "udar/app/case.hpp"
 #include "udar/structure/description.hpp"
+#include "udar/structure/structure.hpp"
 
 namespace udar::app {
 
 /// @brief Everything of a case that shapes the motion.
-[[nodiscard]] Description describe(const Case& input);
+[[nodiscard]] Description describe(const Case& input, const Structure& structure);
 
 }  // namespace udar::app

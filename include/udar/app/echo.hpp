@@ -13,7 +13,7 @@ namespace udar::app {
 /// @brief When a beam that nothing holds would first meet a support as a rigid body under gravity [s]; none if it never
 /// does, or is held, or bent, or pushed by loads, so that nobody knows before.
 /// @note Collective. Supports count where they are at the start.
-[[nodiscard]] std::optional<double> expected_contact(const Case& input, const BeamChain& beam);
+[[nodiscard]] std::optional<double> expected_contact(const Case& input, const Structure& structure);
 
 /// @brief Prints mass, length, frequencies and what the filter makes of the first, supports, expected first contact,
 /// rows and bytes, one line each.
@@ -22,10 +22,10 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
 
 /// @brief Warns of what looks like a slip of sign or unit: gravity, fall, no support, a contact expected after the end.
 /// @note Collective. Material and section are judged where they are read.
-void warn_of_implausible(const Case& input, const BeamChain& beam);
+void warn_of_implausible(const Case& input, const Structure& structure);
 
 /// @brief Warns that a run came to its end without any contact, unless that was foreseen and said before.
 /// @note Collective.
-void warn_of_no_contact(const Case& input, const BeamChain& beam);
+void warn_of_no_contact(const Case& input, const Structure& structure);
 
 }  // namespace udar::app

@@ -20,8 +20,8 @@ namespace udar::app {
 /// @brief The filter at its frequency: the one asked for; with `-filter_frequency auto` wf, rounded up to six digits,
 /// so that no mode that matters is lowered by more than `-filter_accuracy`, and prints these modes.
 /// @note Collective; printed by rank 0.
-/// @throws InputError if the beam has fewer modes than asked for; SolveError if they cannot be computed
-[[nodiscard]] FilterParameters choose_filter(MPI_Comm comm, const BeamParameters& beam, const FilterInput& filter);
+/// @throws InputError if the structure has fewer modes than asked for; SolveError if they cannot be computed
+[[nodiscard]] FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, const FilterInput& filter);
 
 /// @brief Corrects the modes asked for and prints which, with the frequencies before and after.
 /// @return their numbers, counted from 1; empty: none

@@ -6,9 +6,12 @@
 #include <vector>
 
 #include "udar/app/case.hpp"
-#include "udar/structure/beam_chain.hpp"
+#include "udar/structure/structure.hpp"
 
 namespace udar::app {
+
+/// @brief Where a point stands, whichever rank has it; equal on every rank. @note Collective: one reduction.
+[[nodiscard]] Place place_of(const MassPoints& points, PetscInt global);
 
 /// @brief A thing that acts or reads at the nearest node.
 struct Placed {
@@ -18,14 +21,12 @@ struct Placed {
 };
 
 /// @brief All of a case that are at one node: supports without a width, line supports, point masses, gauges.
-[[nodiscard]] std::vector<Placed> placed_at_nodes(const Case& input, const BeamChain& beam);
+/// @note Collective.
+[[nodiscard]] std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points);
 
 /// @brief Warns of what is so far from where it was asked for that the answer is another's, by more than 2 % of the
-/// beam's length or a tenth of the way to the next support, and of supports whose width covers a single node.
+/// structure's length or a tenth of the way to the next support, and of supports whose width covers a single node.
 /// @note Collective.
-void warn_of_places(const Case& input, const BeamChain& beam);
-
-/// The nodes that a support touches: [first, last], empty if first > last.
-[[nodiscard]] BeamChain::NodeRange touched_nodes(const BeamChain& beam, const Support& support);
+void warn_of_places(const Case& input, const Structure& structure);
 
 }  // namespace udar::app

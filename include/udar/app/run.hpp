@@ -5,7 +5,6 @@
 #include <petscsys.h>
 
 #include <functional>
-#include <span>
 #include <string>
 
 #include "udar/app/case.hpp"
@@ -23,9 +22,9 @@ struct RunResult {
   io::Summary summary;  ///< as in summary.json; empty after `-help`
 };
 
-/// @brief Makes a listener of the caller's for a run that is about to start: case, beam and masses of the local nodes
-/// [kg]. The listener stays the caller's and must outlive the run. Called on all ranks.
-using MakeListener = std::function<Observer&(const Case&, const BeamChain&, std::span<const double>)>;
+/// @brief Makes a listener of the caller's for a run of this case on these points that is about to start. The listener
+/// stays the caller's and must outlive the run. Called on all ranks.
+using MakeListener = std::function<Observer&(const Case&, const MassPoints&)>;
 
 /// @brief What a program adds to a run; each may be empty.
 struct RunHooks {

@@ -77,7 +77,6 @@ class FilteredStructure {
 
   [[nodiscard]] const Structure& structure() const noexcept { return *structure_; }
   [[nodiscard]] const MassPoints& points() const noexcept { return structure_->points(); }
-  [[nodiscard]] const BeamChain& beam() const noexcept { return *structure_->chain(); }  ///< of a chain alone
   [[nodiscard]] const FilterParameters& parameters() const noexcept { return parameters_; }
   /// What is solved with: internal forces, energy, springs at contact points.
   [[nodiscard]] FilterOperator& filter_operator() const noexcept { return *operator_; }

@@ -1,6 +1,6 @@
 #pragma once
 /// @file
-/// What the filter does to the natural frequencies of the beam.
+/// What the filter does to the natural frequencies of a structure.
 
 #include <vector>
 
@@ -37,7 +37,7 @@ struct Mode {
 /// @note Collective; a factorisation and some tens of line solves, two or three times. The start vector is fixed: the
 /// same bits on the same number of ranks.
 /// @throws SolveError if SLEPc does not converge
-[[nodiscard]] std::vector<Mode> exact_modes(const BeamChain& beam, const FilterParameters& filter, PetscInt count);
+[[nodiscard]] std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters& filter, PetscInt count);
 
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
 /// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge

@@ -5,6 +5,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <iterator>
 #include <span>
@@ -45,11 +46,15 @@ struct RunLayout {
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };
 
-  MPI_Comm comm = MPI_COMM_NULL;       ///< borrowed; must outlive the writers
-  PetscInt elements = 0;               ///< over all ranks
-  NodeRange nodes;                     ///< of this rank
-  std::vector<double> x;               ///< of this rank's nodes, along the beam [m]
-  Topology topology;                   ///< of all points
+  MPI_Comm comm = MPI_COMM_NULL;  ///< borrowed; must outlive the writers
+  PetscInt elements = 0;          ///< over all ranks
+  NodeRange nodes;                ///< of this rank
+  std::vector<double> x;          ///< of this rank's nodes, along the beam [m]
+  Topology topology;              ///< of all points
+  /// Of points that do not stand on a line in their order, else empty: the rest of their places [m], which way they
+  /// move (1, 2, 3: x, y, z; 0: no displacement), and their number in the model of the user.
+  std::vector<double> y, z;
+  std::vector<std::int64_t> direction, number;
   std::vector<FieldInfo> fields;       ///< of the snapshots, in their order
   std::vector<ScaledPeak> peaks;       ///< made of their extremes
   std::span<const double> mass;        ///< of the same [kg]; borrowed while files are opened

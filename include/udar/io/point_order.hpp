@@ -18,7 +18,8 @@ namespace udar::io {
 class PointOrder {
  public:
   /// @param[in] points of this rank
-  /// @param[in] number of each of them in the user's model, from 0 on, each once over all ranks; empty: as they stand
+  /// @param[in] number of each of them in the user's model, not negative, each once over all ranks; files have the
+  /// points in ascending order of these; empty: as they stand
   /// @note Collective.
   PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const std::int64_t> number = {});
 

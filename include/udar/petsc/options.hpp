@@ -149,6 +149,9 @@ void check_petsc_options();
 /// @note Collective; call after the last `SetFromOptions` and set-up.
 void check_unknown_options(MPI_Comm comm, std::string_view group = {});
 
+/// @brief A key that begins so and that nobody has read yet, with its dash; empty: none. @note Not collective.
+[[nodiscard]] std::string unread_option(std::string_view group);
+
 /// @brief A message of the library in the words of the command line. The library names quantities: a message may begin
 /// with some ("support damping: -3 is not allowed"), others stand in grave accents (`filter frequency`). Those that are
 /// keys of options, known here or PETSc's, become them: "option -support_damping: -3 is not allowed".

@@ -104,6 +104,7 @@ class BeamChain final : public Structure {
   [[nodiscard]] const BeamChain* chain() const override { return this; }
   [[nodiscard]] Topology topology() const override { return {}; }
   [[nodiscard]] PetscInt rigid_modes() const override;
+  [[nodiscard]] bool held() const override;
   void describe(Description& all) const override;
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }

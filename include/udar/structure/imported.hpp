@@ -48,6 +48,8 @@ class ImportedStructure final : public Structure {
   [[nodiscard]] Topology topology() const override { return {.name = "points", .cells = Topology::Cells::vertices}; }
   /// Six, or as many as the factorisation finds.
   [[nodiscard]] PetscInt rigid_modes() const override { return rigid_modes_; }
+  /// Whether it has a stiffness against a translation along y.
+  [[nodiscard]] bool held() const override { return held_; }
   void describe(Description& all) const override;
   [[nodiscard]] Mat stiffness() const override { return stiffness_; }
 
@@ -58,13 +60,15 @@ class ImportedStructure final : public Structure {
   [[nodiscard]] petsc::Vector lumped(Mat mass, Lumping lumping);
   void check_unknowns(Mat stiffness, Vec mass) const;
   void check_pivots(Mat stiffness, Vec mass);
+  [[nodiscard]] bool resists_translation(Mat stiffness, const std::vector<Direction>& directions) const;
   void order(Mat stiffness, Vec mass, const ImportParameters& parameters);
 
   MPI_Comm comm_;
   PetscInt unknowns_ = 0;
   PetscInt rigid_modes_ = 0;
+  bool held_ = false;
   double total_mass_ = 0.0;
-  double norm_ = 0.0;  // of the stiffness, to tell two structures apart
+  std::uint64_t checksum_ = 0;  // to tell two structures apart
   std::unique_ptr<PlacedPoints> points_;
   petsc::Matrix stiffness_;
 };

@@ -104,7 +104,11 @@ def main(arguments):
     else:
         note("no supports: no picture of contacts")
     if not several:
-        draw_deflection(pen, runs[0])
+        line = runs[0].elements > 0
+        if line:
+            draw_deflection(pen, runs[0])
+        else:
+            note(f"{runs[0].folder} is of imported matrices: no pictures along a line; results.vtkhdf has the points")
         if runs[0].supports:
             if runs[0].contact is not None:
                 draw_impulses(pen, runs[0])
@@ -113,7 +117,7 @@ def main(arguments):
                 note(f"{runs[0].folder} has no contact.csv: no pictures of impulses and forces")
         if runs[0].envelope is not None:
             draw_envelope(pen, runs[0])
-        else:
+        elif line:
             note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")
 
 

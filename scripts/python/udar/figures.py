@@ -33,7 +33,7 @@ def match_gauge(run, x):
         return None
     distance = np.abs(run.x[run.gauge_node] - x)
     nearest = int(np.argmin(distance))
-    return nearest if distance[nearest] <= 0.51 * np.min(np.diff(np.sort(run.x))) else None
+    return nearest if distance[nearest] <= 0.51 * np.min(np.diff(np.unique(run.x))) else None
 
 
 def mark_impacts(axis, run, node, marker, colour):

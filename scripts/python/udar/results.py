@@ -54,7 +54,7 @@ class Run:
     filter_frequency: float
     options: dict    # keys without dash
     summary: dict    # summary.json; empty before the end
-    elements: int
+    elements: int    # 0: imported matrices, whose points do not follow each other along a line
     x: np.ndarray
     gauge_node: np.ndarray
     supports: list
@@ -281,7 +281,7 @@ def read_run(folder, with_fields):
             if "supports/lift" in file:
                 lift = file["supports/lift"][()]
                 run.lift = file["contact"]["time"][:len(lift)], lift
-            if with_fields:
+            if with_fields and run.elements:
                 read_instants(file, run)
                 if "envelope" in file:
                     run.envelope = {name: values[()] for name, values in file["envelope"].items()}

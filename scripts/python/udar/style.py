@@ -105,7 +105,7 @@ class Pen:
 def describe(runs, times=None):
     """What the runs have in common and the times shown, as the second line of a title."""
     parts = [f"{len(runs)} runs"] if len(runs) > 1 else []
-    if len(set(run.elements for run in runs)) == 1:
+    if runs[0].elements and len(set(run.elements for run in runs)) == 1:
         parts.append(f"N = {runs[0].elements} elements")
     if len(set(run.filter_label for run in runs)) == 1:
         parts.append(runs[0].filter_label)

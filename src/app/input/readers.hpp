@@ -31,6 +31,7 @@ void require_ascending(const char* option, const std::string& path, const Number
 
 /// @name Each reads one group of options, and explains it under `-help`; collective.
 /// @{
+[[nodiscard]] StructureInput read_structure(MPI_Comm comm);
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm);
