@@ -139,7 +139,8 @@ TEST(Checkpoint, KeepsPointsInTheUsersOrder) {
 
 TEST(Checkpoint, OfAnotherCaseIsRefusedBeforeItsNodesAreCounted) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5", checkpoint_of(share(10)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5",
+                   checkpoint_of(part_of_this_rank(10)));
   const std::vector<Parameter> here{{"beam elements", "8"}, {"filter frequency [rad/s]", "1000"}};
   EXPECT_EQ(failure_of([&] {
               [[maybe_unused]] const MotionState read =
@@ -158,13 +159,14 @@ TEST(Checkpoint, OfOneRankIsReadByAll) {
   }
   MPI_Barrier(PETSC_COMM_WORLD);
   expect_same(read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(kNodes)}, folder / "restart.h5"),
-              checkpoint_of(share(kNodes)));
+              checkpoint_of(part_of_this_rank(kNodes)));
 }
 
 TEST(Checkpoint, OfAllRanksIsReadByOne) {
   const TemporaryFolder folder;
   constexpr PetscInt kNodes = 37;
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(kNodes)}, folder / "restart.h5", checkpoint_of(share(kNodes)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(kNodes)}, folder / "restart.h5",
+                   checkpoint_of(part_of_this_rank(kNodes)));
   if (world_rank() == 0) {
     const NodeRange all{0, kNodes, kNodes};
     expect_same(read_checkpoint({PETSC_COMM_SELF, all}, folder / "restart.h5"), checkpoint_of(all));
@@ -223,14 +225,16 @@ TEST(Checkpoint, IsNotAnyFile) {
 
 TEST(Checkpoint, OfAnotherBeamIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5", checkpoint_of(share(10)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5",
+                   checkpoint_of(part_of_this_rank(10)));
   EXPECT_EQ(refusal(folder / "restart.h5", 11),
             restart_error(folder / "restart.h5", "a checkpoint of 10 nodes, this run has 11"));
 }
 
 TEST(Checkpoint, ThatIsCutShortIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5",
+                   checkpoint_of(part_of_this_rank(1000)));
   const auto size = fs::file_size(folder / "restart.h5");
   MPI_Barrier(PETSC_COMM_WORLD);
   if (world_rank() == 0) {
@@ -244,7 +248,7 @@ TEST(Checkpoint, ThatIsCutShortIsRefused) {
 TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
   const TemporaryFolder folder;
   const std::string path = folder / "restart.h5";
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path, checkpoint_of(share(20)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path, checkpoint_of(part_of_this_rank(20)));
   const auto size = fs::file_size(path);
   ASSERT_GT(size, 4096U);
   const auto edit = [&](std::uintmax_t offset, auto change) {
@@ -270,7 +274,7 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
         << "byte " << offset << " of " << size << ", bit " << bit << ": " << message;
     edit(offset, [bit](int byte) { return byte ^ bit; });
   }
-  expect_same(read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path), checkpoint_of(share(20)));
+  expect_same(read_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(20)}, path), checkpoint_of(part_of_this_rank(20)));
   for (const std::uintmax_t left : {size - 1, size - 64, size - 65, size / 2, std::uintmax_t{63}, std::uintmax_t{0}}) {
     if (world_rank() == 0) {
       fs::resize_file(path, left);
@@ -282,7 +286,8 @@ TEST(Checkpoint, WithAnyDamagedByteIsRefused) {
 
 TEST(Checkpoint, ChangedByAnotherProgramIsRefused) {
   const TemporaryFolder folder;
-  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5", checkpoint_of(share(1000)));
+  write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(1000)}, folder / "restart.h5",
+                   checkpoint_of(part_of_this_rank(1000)));
   if (world_rank() == 0) {
     const hid_t file = H5Fopen((folder / "restart.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
     const hid_t data = H5Dopen2(file, "/node_fields/resting", H5P_DEFAULT);
