@@ -210,11 +210,11 @@ bool LineContact::apply(double time, std::span<const double> mass_position, std:
   for (std::size_t i = 0; i < points_.size(); ++i) {
     gap_[i] = points_[i].side * (gap_[i] - points_[i].height - points_[i].lift(time).height);
   }
-  const bool held = solve(gap_, force_);
+  const bool in_contact = solve(gap_, force_);
   const std::array<double*, 1> line{stretch.data()};
   const std::array<double*, 1> bending{moment.data()};
   add(force_, line, moment.empty() ? std::span<double* const>{} : std::span<double* const>{bending});
-  return held;
+  return in_contact;
 }
 
 double LineContact::spring_energy(std::span<const double> force) const {

@@ -19,7 +19,7 @@ namespace {
 using petsc::ReadArray;
 using petsc::WriteArray;
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Ends a run between the rows of a step: the way out of PETSc's time loop.
 struct StoppedBetweenRows : std::exception {};
@@ -38,7 +38,7 @@ void save_contact(const ContactState& contact, std::size_t nodes, MotionState& s
   if (!contact.supports().empty()) {
     auto& last = saved.fields["last_contact"];
     last = contact.last_contact();
-    last.resize(nodes, -kNever);  // none on a rank that nothing can touch
+    last.resize(nodes, -kInfinity);  // none on a rank that nothing can touch
   }
   const LineGap gap = contact.smallest_line_gap();
   const ContactCounts& counts = contact.counts();
@@ -74,10 +74,13 @@ void restore_contact(const MotionState& state, std::size_t nodes, ContactState& 
   counts.lost = state.scalar("lost_in_impacts");
   counts.work = state.scalar("support_work");
   counts.damped = state.scalar("lost_in_dampers");
-  contact.restore(
-      std::vector<std::int32_t>(resting.begin(), resting.end()), counts,
-      {.gap = state.scalar("line_gap"), .x = state.scalar("line_gap_x"), .time = state.scalar("line_gap_time")},
-      impulses->second, contact.supports().empty() ? std::span<const double>{} : state.field("last_contact", nodes));
+  ContactTotals totals{
+      .counts = counts,
+      .impulses = impulses->second,
+      .line_gap = {
+          .gap = state.scalar("line_gap"), .x = state.scalar("line_gap_x"), .time = state.scalar("line_gap_time")}};
+  contact.restore(std::vector<std::int32_t>(resting.begin(), resting.end()), std::move(totals),
+                  contact.supports().empty() ? std::span<const double>{} : state.field("last_contact", nodes));
 }
 
 }  // namespace
@@ -103,7 +106,7 @@ ImpactDynamics::ImpactDynamics(Model& model)
 petsc::Vector ImpactDynamics::place_masses(const InitialState& initial) {
   const MassState masses = initial_masses(model_->structure->points(), initial);
   refuse_overlap(model_->structure->points(), contact_, model_->contacts.sets, masses);
-  contact_.measure(problem_.scale.length);
+  contact_.set_motion_length(problem_.scale.length);
   petsc::Vector state;
   UDAR_CALL(VecCreateMPI(model_->structure->points().comm(), static_cast<PetscInt>(2 * count()), PETSC_DETERMINE,
                          state.put()));
@@ -215,7 +218,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   row.internal.resize(filter.internal_fields().size() * count());
   filter.internal_values(row.line.moment, row.internal);
   row.support_impulse.assign(contact_.support_impulses().size(), 0.0);  // within the step
-  contact_.add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
+  contact_.journal().add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
   balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses}, step,
                   row.support_impulse, tolerated_error());
   std::ranges::transform(contact_.support_impulses(), row.support_impulse, row.support_impulse.begin(), std::plus{});
@@ -236,7 +239,7 @@ void ImpactDynamics::tell_events() {
   if (contact_.any_events()) {
     const petsc::LogScope output{petsc::log_events().output};
     for (Observer* observer : schedule_.observers()) {
-      observer->events(contact_.impacts(), contact_.rests(), contact_.all_events());
+      observer->events(contact_.journal().impacts(), contact_.journal().rests(), contact_.all_events());
     }
   }
 }
@@ -275,10 +278,10 @@ void ImpactDynamics::settle_at_start() {
     model_->equations.evaluate(time_, position, line, true);
     balance_.start(line, position, {state.values() + count(), count()});
     const std::vector<double> stretch = model_->equations.line_stretch(line);
-    for (const ContactSet& run : model_->contacts.sets) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        const double height = run.height(node) + run.lift(time_).height;
-        contact_.line_at(run.side * (position[node] + stretch[node] - height), node, time_);
+    for (const ContactSet& set : model_->contacts.sets) {
+      for (std::size_t node = set.first; node < set.last; ++node) {
+        const double height = set.height(node) + set.lift(time_).height;
+        contact_.record_gap(set.side * (position[node] + stretch[node] - height), node, time_);
       }
     }
   }
@@ -288,7 +291,11 @@ void ImpactDynamics::settle_at_start() {
   const double wf = model_->line.filter_frequency();
   {
     const WriteArray state{state_};
-    contact_.resolve(time_, {}, wf * wf, {state.values(), count()}, {state.values() + count(), count()}, line.stretch);
+    contact_.resolve({.time = time_,
+                      .acceleration = wf * wf,
+                      .position = {state.values(), count()},
+                      .velocity = {state.values() + count(), count()},
+                      .stretch = line.stretch});
   }
   contact_.commit(time_, {});
   tell_events();

@@ -25,20 +25,20 @@ constexpr double kFallenThrough = 0.1;
 void refuse_overlap(const MassPoints& points, const ContactState& contact, std::span<const ContactSet> sets,
                     const MassState& masses) {
   std::string overlap;
-  for (const ContactSet& run : sets) {
-    const double lift = run.lift(0.0).height;
-    for (std::size_t node = run.first; node < run.last && overlap.empty(); ++node) {
-      const double height = run.height(node) + lift;
-      const double gap = run.side * (masses.position[node] - height);
-      if (gap < -contact.together(masses.position[node], height)) {
-        const Support& support = contact.supports()[static_cast<std::size_t>(run.support)];
+  for (const ContactSet& set : sets) {
+    const double lift = set.lift(0.0).height;
+    for (std::size_t node = set.first; node < set.last && overlap.empty(); ++node) {
+      const double height = set.height(node) + lift;
+      const double gap = set.side * (masses.position[node] - height);
+      if (gap < -contact.touching_distance(masses.position[node], height)) {
+        const Support& support = contact.supports()[static_cast<std::size_t>(set.support)];
         const bool floor = std::isinf(support.width);
         std::ostringstream message;
         message << (!support.profile.x.empty() ? "ground profile"
                     : floor                    ? "floor height"
                                                : "support height")
                 << ": " << height << " is not allowed, "
-                << (floor ? "the ground" : "support " + std::to_string(run.support))
+                << (floor ? "the ground" : "support " + std::to_string(set.support))
                 << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
                 << " m; expected a height on its own side of the beam (`initial height`) [m]";
         overlap = message.str();
@@ -76,10 +76,10 @@ std::string fallen_through(const Equations& equations, const ContactState& conta
     return gap.gap < -deep && !gives_way ? text(-gap.gap, gap.x) : std::string{};
   }
   const std::size_t count = step.position.size();
-  for (const ContactSet& run : sets) {
-    const double lift = run.lift(step.time, step.begin).height;
-    for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
-      const double depth = -run.side * (step.position[node] - run.height(node) - lift);
+  for (const ContactSet& set : sets) {
+    const double lift = set.lift(step.time, step.begin).height;
+    for (std::size_t node = set.first; node < set.last && !set.elastic(); ++node) {
+      const double depth = -set.side * (step.position[node] - set.height(node) - lift);
       // Moreau's law finds a support up to half a step late.
       if (!(depth <= deep) && !(depth <= (step.time - step.begin) * std::abs(step.before[count + node]))) {
         return text(depth, equations.points().place(node).x);

@@ -9,7 +9,7 @@
 namespace udar {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// count times interval; 3 times 0.1 is 0.3, not the product of the rounded 0.1.
 double multiple(PetscInt count, double interval) {
@@ -35,7 +35,7 @@ void SnapshotSchedule::resume(double taken) {
 }
 
 double SnapshotSchedule::next() const {
-  double first = kNever;
+  double first = kInfinity;
   for (const Due& due : due_) {
     first = std::min(first, time_of(due));
   }
@@ -50,7 +50,7 @@ bool SnapshotSchedule::is_due(const Due& due, double until) const {
 
 double SnapshotSchedule::time_of(const Due& due) const {
   const double interval = due.observer->interval();
-  return interval > 0.0 && !due.ended ? std::min(multiple(due.next, interval), end_time_) : kNever;
+  return interval > 0.0 && !due.ended ? std::min(multiple(due.next, interval), end_time_) : kInfinity;
 }
 
 /// @param first its row at hand, if it has had none

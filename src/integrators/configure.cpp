@@ -68,7 +68,7 @@ const IntegratorType* type_of(std::string_view name) {
 /// How many nodes of the whole structure masses touch something at. @note Collective.
 std::int64_t contact_nodes(const ImpactProblem& problem) {
   std::int64_t nodes = 0;
-  for (const ContactSet& set : problem.contact->runs()) {
+  for (const ContactSet& set : problem.contact->sets()) {
     nodes += static_cast<std::int64_t>(set.last - set.first);
   }
   MPI_Allreduce(MPI_IN_PLACE, &nodes, 1, MPI_INT64_T, MPI_SUM, problem.equations->points().comm());

@@ -24,16 +24,17 @@ void LineContactRecord::track(const StepMotion& motion) {
   for (const std::size_t i : contact.mine()) {
     const LinePoint& point = contact.points()[i];
     const std::array<double, 3> force{start.contact_force[i], halfway.contact_force[i], end.contact_force[i]};
-    contact_->press(point.support, point.side * length / 6.0 * (force[0] + 4.0 * force[1] + force[2]));
+    contact_->journal().record_force(point.support, point.side * length / 6.0 * (force[0] + 4.0 * force[1] + force[2]));
     const std::size_t node = contact.local(i);
     if (std::ranges::max(force) > 0.0) {
-      contact_->touch(node, start.time, end.time);
+      contact_->journal().record_contact_time(node, {start.time, end.time});
     }
     const double line = motion.end().values[node] + end.stretch[node];
-    contact_->line_at(point.side * (line - point.height - point.lift(end.time).height), node, end.time);
+    contact_->record_gap(point.side * (line - point.height - point.lift(end.time).height), node, end.time);
   }
-  if (start.held || end.held || halfway.held) {
-    contact_->hold(start.held ? start.time : halfway.time, end.held ? end.time : halfway.time);
+  if (start.in_contact || end.in_contact || halfway.in_contact) {
+    contact_->journal().record_line_contact(
+        {start.in_contact ? start.time : halfway.time, end.in_contact ? end.time : halfway.time});
   }
 }
 
@@ -52,7 +53,7 @@ void LineContactRecord::save(const LineState& line, std::size_t count, MotionSta
     return;  // with the line
   }
   state.tables.erase("contact_force");
-  state.scalars["contact_held"] = line.held ? 1.0 : 0.0;
+  state.scalars["line_in_contact"] = line.in_contact ? 1.0 : 0.0;
   const std::vector<int> layer = layers(count);
   int most = layer.empty() ? 0 : std::ranges::max(layer) + 1;
   MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, equations_->points().comm());
@@ -70,10 +71,10 @@ void LineContactRecord::save(const LineState& line, std::size_t count, MotionSta
 void LineContactRecord::restore(const MotionState& state, std::size_t count, LineState& line) const {
   const LineContact& contact = *equations_->line_contact();
   if (contact.dense()) {
-    line.held = std::ranges::any_of(line.contact_force, [](double force) { return force > 0.0; });
+    line.in_contact = std::ranges::any_of(line.contact_force, [](double force) { return force > 0.0; });
     return;
   }
-  line.held = state.scalar("contact_held") != 0.0;
+  line.in_contact = state.scalar("line_in_contact") != 0.0;
   const std::vector<int> layer = layers(count);
   line.contact_force.resize(layer.size());
   for (const std::size_t i : contact.mine()) {

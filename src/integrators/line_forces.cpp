@@ -348,12 +348,12 @@ EnergyFlow LineForces::flow(double until) const {
 /// Smallest distances are those of the line that the forces hold at the Gauss points, not of its polynomial.
 void LineForces::write_journal() {
   const std::size_t terms = sweep_->terms;
-  state_->flow(flow(1.0));
+  state_->journal().record_flow(flow(1.0));
   for (const std::size_t i : contact_->mine()) {
     const LinePoint& point = contact_->points()[i];
-    state_->press(point.support, point.side * force_[i * terms] * sweep_->step);
+    state_->journal().record_force(point.support, point.side * force_[i * terms] * sweep_->step);
     if (force_[i * terms] > 0.0) {
-      state_->touch(contact_->local(i), sweep_->begin, sweep_->begin + sweep_->step);
+      state_->journal().record_contact_time(contact_->local(i), {sweep_->begin, sweep_->begin + sweep_->step});
     }
   }
   for (std::size_t q = 0; q < kPoints.size(); ++q) {
@@ -365,7 +365,7 @@ void LineForces::write_journal() {
     }
     for (const std::size_t i : contact_->mine()) {
       const double given = contact_->points()[i].compliance * force_at_[q][i];
-      state_->line_at(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q].at * sweep_->step);
+      state_->record_gap(gap_at_[q][i] - given, contact_->local(i), sweep_->begin + kPoints[q].at * sweep_->step);
     }
   }
   if (std::ranges::find(in_contact_, true) != in_contact_.end()) {
@@ -378,7 +378,7 @@ void LineForces::write_journal() {
       from = in_contact_.front() ? 0.0 : first->tau;
       until = in_contact_.back() ? 1.0 : last->tau;
     }
-    state_->hold(at(from), at(until));
+    state_->journal().record_line_contact({at(from), at(until)});
   }
 }
 

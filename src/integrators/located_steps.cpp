@@ -99,15 +99,15 @@ void LocatedSteps::right_hand_side(double time, Vec state, Vec rate) {
       change.values()[count_ + i] += damping.stiffness * wf2 * turn - damping.mass * now.values()[count_ + i];
     }
   }
-  for (const ContactSet& run : contact_->runs()) {
-    const SupportMotion::State lift = run.lift(time, motion_.begin());
-    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
-      if (contact_->resting_on(node, run)) {
+  for (const ContactSet& set : contact_->sets()) {
+    const SupportMotion::State lift = set.lift(time, motion_.begin());
+    for (std::size_t node = set.first; node < set.last && !set.plain(); ++node) {
+      if (contact_->resting_on(node, set)) {
         change.values()[node] = lift.velocity;
         change.values()[count_ + node] = lift.acceleration;
       } else {
         change.values()[count_ + node] += motion_.contact_acceleration(
-            run, node, {.position = now.values()[node], .velocity = now.values()[count_ + node]}, time);
+            set, node, {.position = now.values()[node], .velocity = now.values()[count_ + node]}, time);
       }
     }
   }
@@ -189,11 +189,11 @@ double LocatedSteps::locate(double event_time, double step_end) {
 /// Masses at rest on moving supports are where these are, whatever the integrator made of it.
 void LocatedSteps::follow_supports() {
   const WriteArray state{state_};
-  for (const ContactSet& run : contact_->runs()) {
-    const SupportMotion::State lift = run.lift(motion_.end().line.time, motion_.begin());
-    for (std::size_t node = run.first; node < run.last && run.motion; ++node) {
-      if (contact_->resting_on(node, run)) {
-        state.values()[node] = run.height(node) + lift.height;
+  for (const ContactSet& set : contact_->sets()) {
+    const SupportMotion::State lift = set.lift(motion_.end().line.time, motion_.begin());
+    for (std::size_t node = set.first; node < set.last && set.motion; ++node) {
+      if (contact_->resting_on(node, set)) {
+        state.values()[node] = set.height(node) + lift.height;
         state.values()[count_ + node] = lift.velocity;
       }
     }
@@ -205,17 +205,17 @@ void LocatedSteps::change_touches() {
   motion_.touches().pass();
   const WriteArray state{state_};
   for (const ContactEvent& event : search_.events()) {
-    const ContactSet& run = *event.run;
+    const ContactSet& set = *event.set;
     const std::size_t node = event.node;
-    if (!event_ || !run.elastic() || !search_.is_due(event)) {
+    if (!event_ || !set.elastic() || !search_.is_due(event)) {
       continue;
     }
-    ElasticTouch& touch = motion_.touches().at(run, node);
-    const SupportMotion::State lift = run.lift(motion_.end().line.time, motion_.begin());
+    ElasticTouch& touch = motion_.touches().at(set, node);
+    const SupportMotion::State lift = set.lift(motion_.end().line.time, motion_.begin());
     if (touch.changes_on_face(event.opens)) {
-      state.values()[node] = run.height(node) + lift.height;
+      state.values()[node] = set.height(node) + lift.height;
     }
-    touch.change(event.opens, run.damping, run.side * (state.values()[count_ + node] - lift.velocity));
+    touch.change(event.opens, set.damping, set.side * (state.values()[count_ + node] - lift.velocity));
   }
 }
 
@@ -224,30 +224,31 @@ void LocatedSteps::track_contact() {
   const StepEnd& start = motion_.start();
   const StepEnd& end = motion_.end();
   const double length = motion_.length();
-  for (const ContactSet& run : contact_->runs()) {
-    const double from = run.lift(start.line.time, start.line.time).height;
-    const double to = run.lift(end.line.time, start.line.time).height;
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      const double first = run.side * (start.values[node] + start.line.stretch[node] -
-                                       motion_.amplitude_offset(node, 0.0) - run.height(node) - from);
-      const double last = run.side * (end.values[node] + end.line.stretch[node] - motion_.amplitude_offset(node, 1.0) -
-                                      run.height(node) - to);
-      contact_->line_at(last, node, end.line.time);
+  for (const ContactSet& set : contact_->sets()) {
+    const double from = set.lift(start.line.time, start.line.time).height;
+    const double to = set.lift(end.line.time, start.line.time).height;
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      const double first = set.side * (start.values[node] + start.line.stretch[node] -
+                                       motion_.amplitude_offset(node, 0.0) - set.height(node) - from);
+      const double last = set.side * (end.values[node] + end.line.stretch[node] - motion_.amplitude_offset(node, 1.0) -
+                                      set.height(node) - to);
+      contact_->record_gap(last, node, end.line.time);
       // The minimum may lie inside the step: look there when the ends are close enough to the smallest gap so far.
       if (length > 0.0 && contact_->smallest(std::min(first, last) - std::abs(last - first))) {
         for (const double theta : {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875}) {
-          contact_->line_at(motion_.line_gap(run, node, theta), node, motion_.time(theta));
+          contact_->record_gap(motion_.line_gap(set, node, theta), node, motion_.time(theta));
         }
       }
-      if (!run.plain()) {
-        const SupportAction all = motion_.action(run, node, 1.0);
+      if (!set.plain()) {
+        const SupportAction all = motion_.action(set, node, 1.0);
         const double mass = equations_->line().mass()[node];
-        contact_->press(run.support, mass * all.push);
-        if (length > 0.0 && motion_.touches().of(run, node).closed()) {
-          contact_->touch(node, start.line.time, end.line.time);
+        contact_->journal().record_force(set.support, mass * all.push);
+        if (length > 0.0 && motion_.touches().of(set, node).closed()) {
+          contact_->journal().record_contact_time(node, {start.line.time, end.line.time});
         }
-      } else if (length > 0.0 && contact_->resting_on(node, run)) {
-        contact_->press(run.support, -motion_.wf2() * equations_->line().mass()[node] * motion_.pull_integral(node));
+      } else if (length > 0.0 && contact_->resting_on(node, set)) {
+        contact_->journal().record_force(
+            set.support, -motion_.wf2() * equations_->line().mass()[node] * motion_.pull_integral(node));
       }
     }
   }
@@ -293,7 +294,7 @@ double LocatedSteps::end_step() {
   if (line_contact_) {
     line_contact_->track(motion_);
   }
-  contact_->flow(flow(time));
+  contact_->journal().record_flow(flow(time));
   return time;
 }
 
@@ -308,8 +309,8 @@ void LocatedSteps::apply_events() {
   const Damping& damping = equations_->damping();
   std::vector<std::int32_t> due(count_, 0);
   for (const ContactEvent& event : search_.events()) {
-    if (!event.run->elastic() && search_.is_due(event)) {
-      due[event.node] = event.run->support + 1;
+    if (!event.set->elastic() && search_.is_due(event)) {
+      due[event.node] = event.set->support + 1;
     }
   }
   const WriteArray state{state_};
@@ -317,8 +318,12 @@ void LocatedSteps::apply_events() {
   for (std::size_t i = 0; i < count_ && damping.any(); ++i) {
     damped.push_back(end.line.stretch[i] + damping.stiffness * (end.rate[i] + state.values()[count_ + i]));
   }
-  contact_->resolve(end.line.time, due, motion_.wf2(), {state.values(), count_}, {state.values() + count_, count_},
-                    damping.any() ? damped : motion_.end().line.stretch);
+  contact_->resolve({.time = end.line.time,
+                     .due = due,
+                     .acceleration = motion_.wf2(),
+                     .position = {state.values(), count_},
+                     .velocity = {state.values() + count_, count_},
+                     .stretch = damping.any() ? damped : motion_.end().line.stretch});
 }
 
 void LocatedSteps::start(const LineState& line) {

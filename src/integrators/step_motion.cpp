@@ -16,7 +16,7 @@ StepMotion::StepMotion(Equations& equations, const ContactState& contact)
       plain_{!damping_.any()},
       touches_{contact} {
   for (const Support& support : contact.supports()) {  // the same on every rank
-    plain_ = plain_ && (contact.runs_on_line() || (!support.motion && !support.elastic()));
+    plain_ = plain_ && (contact.on_line() || (!support.motion && !support.elastic()));
   }
 }
 
@@ -29,13 +29,13 @@ void StepMotion::find_accelerations(StepEnd& end) {
       end.acceleration[i] += damping_.stiffness * wf2_ * end.rate[i] - damping_.mass * state[count_ + i];
     }
   }
-  for (const ContactSet& run : contact_->runs()) {
-    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
-      if (contact_->resting_on(node, run)) {
-        end.acceleration[node] = run.lift(end.line.time, begin()).acceleration;
+  for (const ContactSet& set : contact_->sets()) {
+    for (std::size_t node = set.first; node < set.last && !set.plain(); ++node) {
+      if (contact_->resting_on(node, set)) {
+        end.acceleration[node] = set.lift(end.line.time, begin()).acceleration;
       } else {
         end.acceleration[node] +=
-            contact_acceleration(run, node, {.position = state[node], .velocity = state[count_ + node]}, end.line.time);
+            contact_acceleration(set, node, {.position = state[node], .velocity = state[count_ + node]}, end.line.time);
       }
     }
   }
@@ -54,11 +54,11 @@ void StepMotion::end_at_start(bool with_rate) {
   end_.bend = start_.bend;
 }
 
-Kinematics StepMotion::gap(const ContactSet& run, const Kinematics& mass, std::size_t node, double time) const {
-  const SupportMotion::State lift = run.lift(time, begin());
-  return {.position = run.side * (mass.position - run.height(node) - lift.height),
-          .velocity = run.side * (mass.velocity - lift.velocity),
-          .acceleration = run.side * (mass.acceleration - lift.acceleration)};
+Kinematics StepMotion::gap(const ContactSet& set, const Kinematics& mass, std::size_t node, double time) const {
+  const SupportMotion::State lift = set.lift(time, begin());
+  return {.position = set.side * (mass.position - set.height(node) - lift.height),
+          .velocity = set.side * (mass.velocity - lift.velocity),
+          .acceleration = set.side * (mass.acceleration - lift.acceleration)};
 }
 
 Kinematics StepMotion::kinematics(std::size_t node, const StepEnd& end) const {
@@ -96,7 +96,7 @@ double StepMotion::resting_stretch(std::size_t node, double theta) const {
 }
 
 /// Of the line from a mass that this support, if any, touches.
-double StepMotion::stretch(const ContactSet& run, std::size_t node, double theta) const {
+double StepMotion::stretch(const ContactSet& set, std::size_t node, double theta) const {
   if (damping_.any()) {
     return stretch_polynomial(node).position(theta);
   }
@@ -105,7 +105,7 @@ double StepMotion::stretch(const ContactSet& run, std::size_t node, double theta
   }
   const StepPolynomial motion = polynomial(node);
   const Kinematics mass{.position = motion.position(theta), .velocity = motion.velocity(theta)};
-  return (motion.acceleration(theta) - contact_acceleration(run, node, mass, time(theta))) / wf2_;
+  return (motion.acceleration(theta) - contact_acceleration(set, node, mass, time(theta))) / wf2_;
 }
 
 /// How much nearer to its mass than the stretch says the line is, in corrected modes: between the ends of a step
@@ -119,30 +119,30 @@ double StepMotion::amplitude_offset(std::size_t node, double theta) const {
   return offset;
 }
 
-double StepMotion::line_gap(const ContactSet& run, std::size_t node, double theta) const {
+double StepMotion::line_gap(const ContactSet& set, std::size_t node, double theta) const {
   const double place = contact_->resting(node) && plain_ ? start_.values[node] : polynomial(node).position(theta);
-  const double lift = run.lift(time(theta), begin()).height;
-  const double line = place + stretch(run, node, theta) - amplitude_offset(node, theta);
-  return run.side * (line - run.height(node) - lift);
+  const double lift = set.lift(time(theta), begin()).height;
+  const double line = place + stretch(set, node, theta) - amplitude_offset(node, theta);
+  return set.side * (line - set.height(node) - lift);
 }
 
-double StepMotion::contact_acceleration(const ContactSet& run, std::size_t node, const Kinematics& mass,
+double StepMotion::contact_acceleration(const ContactSet& set, std::size_t node, const Kinematics& mass,
                                         double time) const {
-  if (!touches_.of(run, node).pressing()) {
+  if (!touches_.of(set, node).pressing()) {
     return 0.0;
   }
-  const Kinematics open = gap(run, mass, node, time);
-  return -run.side * (run.stiffness * open.position + run.damping * open.velocity);
+  const Kinematics open = gap(set, mass, node, time);
+  return -set.side * (set.stiffness * open.position + set.damping * open.velocity);
 }
 
-StepMotion::Lift StepMotion::lift(const ContactSet& run, std::size_t node, const StepEnd& end) const {
-  const SupportMotion::State support = run.lift(end.line.time, begin());
-  const double before = run.lift(begin(), begin()).acceleration;
-  const double jerk = length() > 0.0 ? (run.lift(end_.line.time, begin()).acceleration - before) / length() : 0.0;
+StepMotion::Lift StepMotion::lift(const ContactSet& set, std::size_t node, const StepEnd& end) const {
+  const SupportMotion::State support = set.lift(end.line.time, begin());
+  const double before = set.lift(begin(), begin()).acceleration;
+  const double jerk = length() > 0.0 ? (set.lift(end_.line.time, begin()).acceleration - before) / length() : 0.0;
   const double bend = damping_.any() ? end.bend[node] : 0.0;
   return {.value = end.line.stretch[node] + damping_.stiffness * end.rate[node] -
                    (support.acceleration + damping_.mass * support.velocity) / wf2_ -
-                   run.side * contact_->pull_resolution(run.height(node) + support.height),
+                   set.side * contact_->pull_resolution(set.height(node) + support.height),
           .rate = end.rate[node] + load_rate(node) + damping_.stiffness * bend -
                   (jerk + damping_.mass * support.acceleration) / wf2_};
 }
@@ -154,38 +154,38 @@ double StepMotion::pull_integral(std::size_t node) const {
          damping_.stiffness * (end_.line.stretch[node] - start_.line.stretch[node] - length * load_rate(node));
 }
 
-SupportAction StepMotion::action(const ContactSet& run, std::size_t node, double theta) const {
+SupportAction StepMotion::action(const ContactSet& set, std::size_t node, double theta) const {
   SupportAction sum;
   const double length = this->length();
-  const bool rests = contact_->resting_on(node, run);
-  const ElasticTouch touch = touches_.of(run, node);
+  const bool rests = contact_->resting_on(node, set);
+  const ElasticTouch touch = touches_.of(set, node);
   if (length <= 0.0 || (!rests && !touch.closed())) {
     return sum;
   }
   const StepPolynomial motion = polynomial(node);
   const auto open = [&](double share) {
-    return gap(run, {.position = motion.position(share), .velocity = motion.velocity(share)}, node,
+    return gap(set, {.position = motion.position(share), .velocity = motion.velocity(share)}, node,
                begin() + share * length);
   };
   if (touch.slack()) {
     const double from = open(0.0).position;
     const double to = open(theta).position;
-    sum.flow.damped = 0.5 * run.stiffness * (from * from - to * to);
+    sum.flow.damped = 0.5 * set.stiffness * (from * from - to * to);
     return sum;
   }
   for (const auto& [at, weight] : kGauss) {
     const double share = at * theta;
     const double time = begin() + share * length;
-    const SupportMotion::State lift = run.lift(time, begin());
+    const SupportMotion::State lift = set.lift(time, begin());
     const double span = weight * theta * length;
     double push = 0.0;
     if (rests) {
-      push = lift.acceleration + damping_.mass * lift.velocity - wf2_ * stretch(run, node, share);
+      push = lift.acceleration + damping_.mass * lift.velocity - wf2_ * stretch(set, node, share);
       push -= damping_.any() ? damping_.stiffness * wf2_ * damper_rate(node, share) : 0.0;
     } else {
       const Kinematics now = open(share);
-      push = -run.side * (run.stiffness * now.position + run.damping * now.velocity);
-      sum.flow.damped += run.damping * now.velocity * now.velocity * span;
+      push = -set.side * (set.stiffness * now.position + set.damping * now.velocity);
+      sum.flow.damped += set.damping * now.velocity * now.velocity * span;
     }
     sum.push += push * span;
     sum.flow.work += push * lift.velocity * span;
@@ -206,9 +206,9 @@ EnergyFlow StepMotion::flow(double theta) const {
       sum.damped += equations_->line().mass()[i] * weight * theta * length * speed * taken;
     }
   }
-  for (const ContactSet& run : contact_->runs()) {
-    for (std::size_t node = run.first; node < run.last && !run.plain(); ++node) {
-      const EnergyFlow one = action(run, node, theta).flow;
+  for (const ContactSet& set : contact_->sets()) {
+    for (std::size_t node = set.first; node < set.last && !set.plain(); ++node) {
+      const EnergyFlow one = action(set, node, theta).flow;
       sum.work += equations_->line().mass()[node] * one.work;
       sum.damped += equations_->line().mass()[node] * one.damped;
     }
@@ -256,8 +256,8 @@ double StepMotion::line_integral(std::size_t node, double until) const {
     pulled -=
         damping_.stiffness * wf2_ * (line.position(theta) - line.position(0.0) - theta * length * load_rate(node));
   }
-  for (const ContactSet& run : contact_->runs()) {
-    pulled -= !plain_ && node >= run.first && node < run.last ? action(run, node, theta).push : 0.0;
+  for (const ContactSet& set : contact_->sets()) {
+    pulled -= !plain_ && node >= set.first && node < set.last ? action(set, node, theta).push : 0.0;
   }
   return motion.integral(theta) + pulled / wf2_;
 }

@@ -14,10 +14,10 @@ namespace udar {
 TouchingMasses::TouchingMasses(Sweep& sweep, ContactState& contact, FilteredStructure& structure)
     : sweep_{&sweep}, contact_{&contact}, supports_{sweep, contact}, line_distance_{sweep, contact, supports_} {
   free_.fill(1.0);
-  kink_share_.assign(contact.runs().empty() ? 0 : sweep.count, 0.0F);
+  kink_share_.assign(contact.sets().empty() ? 0 : sweep.count, 0.0F);
   std::vector<std::size_t> nodes;
-  for (const ContactSet& run : contact.runs()) {
-    for (std::size_t node = run.first; node < run.last; ++node) {
+  for (const ContactSet& set : contact.sets()) {
+    for (std::size_t node = set.first; node < set.last; ++node) {
       nodes.push_back(node);
     }
   }
@@ -38,17 +38,17 @@ void TouchingMasses::begin(Tally& tally) {
 }
 
 const double* TouchingMasses::take_out(std::size_t from, std::size_t to, SweepMaxima& largest) {
-  const auto runs = supports_.runs_at(from);
+  const auto sets = supports_.sets_at(from);
   first_touching_ = touching_.size();
   first_resting_ = resting_.size();
   listed_ = 0;
-  if (!runs.empty()) {
+  if (!sets.empty()) {
     bound_masses(sweep_->terms, sweep_->predict, sweep_->rows(from), to - from, sweep_->reach, sweep_->step,
                  {.low = bounds_.low.data(),
                   .high = bounds_.high.data(),
                   .line_low = bounds_.line_low.data(),
                   .line_high = bounds_.line_high.data()});
-    find_touching(from, to, runs, largest);
+    find_touching(from, to, sets, largest);
   }
   return free_.data();
 }
@@ -68,8 +68,8 @@ void TouchingMasses::finish(SweepMaxima& largest) { finish_batch(largest); }
 
 void TouchingMasses::at(double tau, std::span<double> position, std::span<double> velocity,
                         std::span<std::uint8_t> resting) const {
-  for (const auto& [run, node] : resting_) {
-    position[node] = run->height(node);
+  for (const auto& [set, node] : resting_) {
+    position[node] = set->height(node);
     velocity[node] = 0.0;
     resting[node] = 1;
   }
@@ -83,19 +83,19 @@ void TouchingMasses::at(double tau, std::span<double> position, std::span<double
   }
 }
 
-void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> runs,
+void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> sets,
                                    SweepMaxima& largest) {
-  for (const std::size_t index : runs) {
-    const ContactSet& run = contact_->runs()[index];
-    const std::span<const double> bound = run.side > 0.0 ? bounds_.low : bounds_.high;
-    const std::span<const double> line = run.side > 0.0 ? bounds_.line_high : bounds_.line_low;
-    const std::size_t first = std::max(from, run.first);
-    const std::size_t last = std::min(to, run.last);
+  for (const std::size_t index : sets) {
+    const ContactSet& set = contact_->sets()[index];
+    const std::span<const double> bound = set.side > 0.0 ? bounds_.low : bounds_.high;
+    const std::span<const double> line = set.side > 0.0 ? bounds_.line_high : bounds_.line_low;
+    const std::size_t first = std::max(from, set.first);
+    const std::size_t last = std::min(to, set.last);
     const auto [lowest, highest] = supports_.bounds_of_lift(index);
-    mark_near({.side = run.side,
-               .height = run.level + (run.side > 0.0 ? highest : lowest),
-               .heights = run.profile.empty() ? nullptr : run.profile.data() + (first - run.first),
-               .together = contact_->together(0.0, run.level)},
+    mark_near({.side = set.side,
+               .height = set.level + (set.side > 0.0 ? highest : lowest),
+               .heights = set.profile.empty() ? nullptr : set.profile.data() + (first - set.first),
+               .together = contact_->touching_distance(0.0, set.level)},
               last - first, sweep_->start + first, bound.data() + (first - from),
               contact_->resting_supports().data() + first, bounds_.near.data());
     for (std::size_t near = next_near(0, last - first); near < last - first; near = next_near(near + 1, last - first)) {
@@ -105,13 +105,13 @@ void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<c
         continue;
       }
       if (contact_->resting(node)) {
-        if (!contact_->resting_on(node, run)) {
+        if (!contact_->resting_on(node, set)) {
           continue;
         }
         // Most resting masses are pressed down all along the step: nothing to compute.
-        if (run.plain() && run.side * (sweep_->start[node] + line[i] - run.height(node)) < 0.0) {
+        if (set.plain() && set.side * (sweep_->start[node] + line[i] - set.height(node)) < 0.0) {
           free_[i] = 0.0;
-          resting_.push_back({.run = &run, .node = node});
+          resting_.push_back({.set = &set, .node = node});
           for (std::size_t j = 0; j < sweep_->unknowns() && !sweep_->predict; ++j) {
             largest.change = std::max(largest.change, std::abs(sweep_->moment(j, node)));
           }
@@ -150,7 +150,7 @@ void TouchingMasses::keep_at_rest(const RestingMass& mass) {
   for (std::size_t j = 0; j < sweep_->unknowns(); ++j) {
     sweep_->set_moment(j, mass.node, 0.0);
   }
-  sweep_->end[mass.node] = mass.run->height(mass.node);
+  sweep_->end[mass.node] = mass.set->height(mass.node);
   sweep_->end[sweep_->count + mass.node] = 0.0;
 }
 
@@ -164,14 +164,14 @@ void TouchingMasses::move_touching(std::size_t index, const Moments& before, Swe
   largest.finite = largest.finite && std::isfinite(sum);  // a mass at rest would not show it
   const ContactSet* only = nullptr;
   bool simple = mass.resting == 0;
-  for (const std::size_t at : supports_.runs_at(node)) {
-    const ContactSet& run = contact_->runs()[at];
-    if (node >= run.first && node < run.last) {
-      simple = simple && run.plain() && !sweep_->damped() && only == nullptr &&
-               run.side * (sweep_->start[node] - run.height(node)) >
-                   contact_->together(sweep_->start[node], run.height(node));
-      only = &run;
-      mass.run = static_cast<std::int32_t>(at);
+  for (const std::size_t at : supports_.sets_at(node)) {
+    const ContactSet& set = contact_->sets()[at];
+    if (node >= set.first && node < set.last) {
+      simple = simple && set.plain() && !sweep_->damped() && only == nullptr &&
+               set.side * (sweep_->start[node] - set.height(node)) >
+                   contact_->touching_distance(sweep_->start[node], set.height(node));
+      only = &set;
+      mass.set = static_cast<std::int32_t>(at);
     }
   }
   if (!simple || only == nullptr) {
@@ -218,7 +218,7 @@ void TouchingMasses::finish_batch(SweepMaxima& largest) {
       mass.before = waiting_.batch.before[lane];
     }
     mass.impact = outcome.first_impact;
-    const ContactSet* rests = mass.known ? nullptr : &run_of(mass);
+    const ContactSet* rests = mass.known ? nullptr : &set_of(mass);
     take(mass, waiting_.before[lane], outcome, rests, largest);
   }
   waiting_.count = 0;
@@ -228,11 +228,11 @@ void TouchingMasses::move_alone(const MovingMass& mass, const Moments& before, S
   const StopProblem stops = supports_.problem(mass.node, mass.resting);
   const local::Outcome outcome = local::advance(stops.problem);
   const auto stop = static_cast<std::size_t>(outcome.resting);
-  take(mass, before, outcome, outcome.resting < 0 ? nullptr : stops.runs[stop], largest);
+  take(mass, before, outcome, outcome.resting < 0 ? nullptr : stops.sets[stop], largest);
 }
 
-const ContactSet& TouchingMasses::run_of(const MovingMass& mass) const {
-  return contact_->runs()[static_cast<std::size_t>(mass.run)];
+const ContactSet& TouchingMasses::set_of(const MovingMass& mass) const {
+  return contact_->sets()[static_cast<std::size_t>(mass.set)];
 }
 
 void TouchingMasses::take(const MovingMass& mass, const Moments& before, const local::Outcome& outcome,
@@ -272,35 +272,36 @@ void TouchingMasses::take(const MovingMass& mass, const Moments& before, const l
   }
 }
 
-/// Tells contact what happens to one mass of the step.
-class TouchingMasses::Teller final : public local::Journal {
+/// Writes what happens to one mass of the step into the journal of contact.
+class TouchingMasses::Recorder final : public local::Journal {
  public:
-  Teller(const TouchingMasses& all, const StopProblem& stops, std::size_t node)
+  Recorder(const TouchingMasses& all, const StopProblem& stops, std::size_t node)
       : all_{&all}, stops_{&stops}, node_{node} {}
 
   void impact(int stop, double tau, double before, double after) override {
-    all_->tell_impact(run(stop), node_, tau, before, after, ground(stop, tau));
+    all_->record_impact(set(stop), node_, tau, before, after, ground(stop, tau));
   }
   void rest(int stop, double tau, double speed) override {
     const double step = all_->sweep_->step;
-    const double push = -run(stop).side * speed;
-    all_->contact_->rest(run(stop), node_, at(tau), all_->energy(node_, speed / step));
+    const double push = -set(stop).side * speed;
+    all_->contact_->bring_to_rest(node_, set(stop), at(tau), all_->energy(node_, speed / step));
     if (speed != 0.0) {  // the support also took what is left of the rebound
       const double change = push / step;
-      all_->contact_->press(run(stop).support, mass() * change, at(tau), at(tau));
-      all_->contact_->flow({.work = mass() * change * ground(stop, tau) / step});
+      journal().record_impulse(set(stop).support, mass() * change, at(tau));
+      journal().record_flow({.work = mass() * change * ground(stop, tau) / step});
     }
   }
-  void release(int stop, double tau) override { all_->contact_->release(run(stop), node_, at(tau)); }
-  void pressed(int stop, double push, double work) override { all_->press(run(stop), node_, push, work); }
+  void release(int stop, double tau) override { all_->contact_->release(node_, set(stop), at(tau)); }
+  void pressed(int stop, double push, double work) override { all_->record_force(set(stop), node_, push, work); }
   void damped(double loss) override {
     const double step = all_->sweep_->step;
-    all_->contact_->flow({.damped = mass() * loss / (step * step)});
+    journal().record_flow({.damped = mass() * loss / (step * step)});
   }
-  void touched(double from, double until) override { all_->contact_->touch(node_, at(from), at(until)); }
+  void touched(double from, double until) override { journal().record_contact_time(node_, {at(from), at(until)}); }
 
  private:
-  [[nodiscard]] const ContactSet& run(int stop) const { return *stops_->runs[static_cast<std::size_t>(stop)]; }
+  [[nodiscard]] ContactJournal& journal() const { return all_->contact_->journal(); }
+  [[nodiscard]] const ContactSet& set(int stop) const { return *stops_->sets[static_cast<std::size_t>(stop)]; }
   [[nodiscard]] double at(double tau) const { return all_->sweep_->begin + tau * all_->sweep_->step; }
   [[nodiscard]] double mass() const { return all_->sweep_->mass[node_]; }
   [[nodiscard]] double ground(int stop, double tau) const {
@@ -313,23 +314,23 @@ class TouchingMasses::Teller final : public local::Journal {
 };
 
 void TouchingMasses::write_journal() {
-  for (const auto& [run, node] : resting_) {
-    const double stretch = sweep_->drive(0)[node] + sweep_->start[node] - run->height(node);  // its mean
-    press(*run, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
+  for (const auto& [set, node] : resting_) {
+    const double stretch = sweep_->drive(0)[node] + sweep_->start[node] - set->height(node);  // its mean
+    record_force(*set, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
   }
-  contact_->expect(touching_.size());
+  contact_->journal().reserve_impacts(touching_.size());
   for (const MovingMass& mass : touching_) {
     if (mass.known) {
       if (mass.impact <= 1.0) {
-        const ContactSet& run = run_of(mass);
-        const double after = run.side * run.law.per_step(sweep_->step).after(run.side * mass.before);
-        tell_impact(run, mass.node, mass.impact, mass.before, after, 0.0);
+        const ContactSet& set = set_of(mass);
+        const double after = set.side * set.law.per_step(sweep_->step).after(set.side * mass.before);
+        record_impact(set, mass.node, mass.impact, mass.before, after, 0.0);
       }
       continue;
     }
     const StopProblem stops = supports_.problem(mass.node, mass.resting);
-    Teller teller{*this, stops, mass.node};
-    static_cast<void>(local::advance(stops.problem, &teller));
+    Recorder recorder{*this, stops, mass.node};
+    static_cast<void>(local::advance(stops.problem, &recorder));
   }
 }
 
@@ -380,18 +381,24 @@ EnergyFlow TouchingMasses::flow(double tau) const {
 
 double TouchingMasses::energy(std::size_t node, double speed) const { return 0.5 * sweep_->mass[node] * speed * speed; }
 
-void TouchingMasses::tell_impact(const ContactSet& run, std::size_t node, double tau, double before, double after,
-                                 double ground) const {
+void TouchingMasses::record_impact(const ContactSet& set, std::size_t node, double tau, double before, double after,
+                                   double ground) const {
   const double v0 = before / sweep_->step;
   const double v1 = after / sweep_->step;
   const double v = ground / sweep_->step;
-  contact_->hit(run, node, sweep_->begin + tau * sweep_->step, v0, v1, energy(node, v0 - v) - energy(node, v1 - v));
-  contact_->flow({.work = sweep_->mass[node] * (v1 - v0) * v});
+  const double impulse = sweep_->mass[node] * (v1 - v0);
+  contact_->journal().record_impact(node, {.time = sweep_->begin + tau * sweep_->step,
+                                           .support = set.support,
+                                           .velocity_before = v0,
+                                           .velocity_after = v1,
+                                           .impulse = impulse,
+                                           .energy_loss = energy(node, v0 - v) - energy(node, v1 - v)});
+  contact_->journal().record_flow({.work = impulse * v});
 }
 
-void TouchingMasses::press(const ContactSet& run, std::size_t node, double push, double work) const {
-  contact_->press(run.support, sweep_->mass[node] * push / sweep_->step);
-  contact_->flow({.work = sweep_->mass[node] * work / (sweep_->step * sweep_->step)});
+void TouchingMasses::record_force(const ContactSet& set, std::size_t node, double push, double work) const {
+  contact_->journal().record_force(set.support, sweep_->mass[node] * push / sweep_->step);
+  contact_->journal().record_flow({.work = sweep_->mass[node] * work / (sweep_->step * sweep_->step)});
 }
 
 }  // namespace udar

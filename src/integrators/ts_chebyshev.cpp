@@ -68,10 +68,15 @@ class Chebyshev final : public ProblemIntegrator {
     std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
     for (const Candidate& candidate : candidates_) {
       if (candidate.time <= length_ + 2.0 * time_resolution(end)) {
-        due[candidate.node] = candidate.run->support + 1;
+        due[candidate.node] = candidate.set->support + 1;
       }
     }
-    contact_->resolve(end, due, wf_ * wf_, next_.position, next_.velocity, line_.stretch);
+    contact_->resolve({.time = end,
+                       .due = due,
+                       .acceleration = wf_ * wf_,
+                       .position = next_.position,
+                       .velocity = next_.velocity,
+                       .stretch = line_.stretch});
     {
       const petsc::WriteArray state{state_};
       std::ranges::copy(next_.position, state.values());
@@ -150,7 +155,7 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   struct Candidate {
-    const ContactSet* run;
+    const ContactSet* set;
     std::size_t node;
     double time;  // since the start of the step [s]
   };
@@ -237,11 +242,11 @@ class Chebyshev final : public ProblemIntegrator {
   /// When a contact node could meet its support if its acceleration stayed: where the search aims first.
   [[nodiscard]] double guess_event(double step) const {
     double first = step;
-    for (const ContactSet& run : contact_->runs()) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        const double gap = run.side * (start_[node] - run.height(node));
-        const double speed = run.side * start_[count_ + node];
-        const double pull = run.side * acceleration_[node];
+    for (const ContactSet& set : contact_->sets()) {
+      for (std::size_t node = set.first; node < set.last; ++node) {
+        const double gap = set.side * (start_[node] - set.height(node));
+        const double speed = set.side * start_[count_ + node];
+        const double pull = set.side * acceleration_[node];
         if (contact_->resting(node)) {
           continue;
         }
@@ -268,28 +273,28 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// Gap, its rate and its second derivative.
-  [[nodiscard]] Kinematics gap(const ContactSet& run, std::size_t node, const Sample& at) const {
+  [[nodiscard]] Kinematics gap(const ContactSet& set, std::size_t node, const Sample& at) const {
     if (at.time == 0.0) {
-      return {.position = run.side * (start_[node] - run.height(node)),
-              .velocity = run.side * start_[count_ + node],
-              .acceleration = run.side * acceleration_[node]};
+      return {.position = set.side * (start_[node] - set.height(node)),
+              .velocity = set.side * start_[count_ + node],
+              .acceleration = set.side * acceleration_[node]};
     }
-    return {.position = run.side * (start_[node] - run.height(node) + motion_->at(at.weights[0], node)),
-            .velocity = run.side * motion_->at(at.weights[1], node),
-            .acceleration = run.side * motion_->at(at.weights[2], node)};
+    return {.position = set.side * (start_[node] - set.height(node) + motion_->at(at.weights[0], node)),
+            .velocity = set.side * motion_->at(at.weights[1], node),
+            .acceleration = set.side * motion_->at(at.weights[2], node)};
   }
 
   /// How hard a resting mass presses, as stretch [m], and its rate [m/s]; it stays while that is above minus its
   /// resolution.
-  [[nodiscard]] std::array<double, 2> pressing(const ContactSet& run, std::size_t node, const Sample& at) const {
+  [[nodiscard]] std::array<double, 2> pressing(const ContactSet& set, std::size_t node, const Sample& at) const {
     const double steady = jerk_.empty() ? 0.0 : jerk_[node] / (wf_ * wf_);
-    return {-run.side * (line_.stretch[node] + steady * at.time + motion_->stretch(at.weights[0], node)),
-            -run.side * (steady + motion_->stretch(at.weights[1], node))};
+    return {-set.side * (line_.stretch[node] + steady * at.time + motion_->stretch(at.weights[0], node)),
+            -set.side * (steady + motion_->stretch(at.weights[1], node))};
   }
 
   /// Adds the first event of every contact node between two times of the step.
   void search(double from, double to) {
-    if (contact_->runs().empty() || to < from) {
+    if (contact_->sets().empty() || to < from) {
       return;
     }
     const auto intervals =
@@ -299,15 +304,15 @@ class Chebyshev final : public ProblemIntegrator {
       coarse.push_back(sample(from + (to - from) * static_cast<double>(i) / static_cast<double>(intervals)));
     }
     std::vector<std::vector<Sample>> fine(intervals);  // made where needed
-    for (const ContactSet& run : contact_->runs()) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        if (contact_->resting(node) && !contact_->resting_on(node, run)) {
+    for (const ContactSet& set : contact_->sets()) {
+      for (std::size_t node = set.first; node < set.last; ++node) {
+        if (contact_->resting(node) && !contact_->resting_on(node, set)) {
           continue;
         }
-        Kinematics start = gap(run, node, coarse.front());
+        Kinematics start = gap(set, node, coarse.front());
         for (std::size_t i = 0; i < intervals; ++i) {
-          const Kinematics end = gap(run, node, coarse[i + 1]);
-          const bool skipped = !near(run, node, start, end, coarse[i + 1].time - coarse[i].time);
+          const Kinematics end = gap(set, node, coarse[i + 1]);
+          const bool skipped = !near(set, node, start, end, coarse[i + 1].time - coarse[i].time);
           start = end;
           if (skipped) {
             continue;
@@ -320,7 +325,7 @@ class Chebyshev final : public ProblemIntegrator {
           }
           bool found = false;
           for (std::size_t j = 0; j < kFine && !found; ++j) {
-            found = closing(run, node, fine[i][j], fine[i][j + 1]);
+            found = closing(set, node, fine[i][j], fine[i][j + 1]);
           }
           if (found) {
             break;
@@ -330,32 +335,32 @@ class Chebyshev final : public ProblemIntegrator {
     }
   }
 
-  [[nodiscard]] bool near(const ContactSet& run, std::size_t node, const Kinematics& start, const Kinematics& end,
+  [[nodiscard]] bool near(const ContactSet& set, std::size_t node, const Kinematics& start, const Kinematics& end,
                           double length) const {
     // An interval resolves the motion: a gap changes by less than twice the larger end speed times its length.
     const double reach = 2.0 * length * std::max(std::abs(start.velocity), std::abs(end.velocity));
-    return contact_->resting_on(node, run) || std::min(start.position, end.position) <= reach;
+    return contact_->resting_on(node, set) || std::min(start.position, end.position) <= reach;
   }
 
-  bool closing(const ContactSet& run, std::size_t node, const Sample& from, const Sample& to) {
+  bool closing(const ContactSet& set, std::size_t node, const Sample& from, const Sample& to) {
     const double length = to.time - from.time;
     if (contact_->resting(node)) {
-      const double resolution = contact_->pull_resolution(run.height(node));
-      const auto holding = [&](const Sample& at) {
-        const auto [value, rate] = pressing(run, node, at);
+      const double resolution = contact_->pull_resolution(set.height(node));
+      const auto pressing_at = [&](const Sample& at) {
+        const auto [value, rate] = pressing(set, node, at);
         return std::array{value + resolution, rate};
       };
-      const auto start = holding(from);
-      const auto end = holding(to);
+      const auto start = pressing_at(from);
+      const auto end = pressing_at(to);
       const auto theta = first_closing(cubic_bernstein(start[0], start[1], end[0], end[1], length), 0);
       if (theta) {
-        const double time = polished(from.time + *theta * length, from.time, to.time, holding);
-        candidates_.push_back({.run = &run, .node = node, .time = time});
+        const double time = polished(from.time + *theta * length, from.time, to.time, pressing_at);
+        candidates_.push_back({.set = &set, .node = node, .time = time});
       }
       return theta.has_value();
     }
-    Kinematics start = gap(run, node, from);
-    const Kinematics end = gap(run, node, to);
+    Kinematics start = gap(set, node, from);
+    const Kinematics end = gap(set, node, to);
     int touching = 0;
     if (from.time == 0.0 && start.position <= 0.0 && start.velocity >= 0.0) {
       start.position = 0.0;
@@ -371,14 +376,14 @@ class Chebyshev final : public ProblemIntegrator {
     }
     // A root at the start by construction is divided out here, too.
     const double time = polished(from.time + *theta * length, from.time, to.time, [&](const Sample& at) {
-      const Kinematics now = gap(run, node, at);
+      const Kinematics now = gap(set, node, at);
       std::array<double, 2> value{now.position, now.velocity};
       for (int root = 0; root < touching; ++root) {
         value = {value[0] / at.time, (value[1] - value[0] / at.time) / at.time};
       }
       return value;
     });
-    candidates_.push_back({.run = &run, .node = node, .time = time});
+    candidates_.push_back({.set = &set, .node = node, .time = time});
     return true;
   }
 
@@ -436,26 +441,26 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// Distance of the line from a support [m]. @param amplitudes in corrected modes
-  [[nodiscard]] double line_distance(const ContactSet& run, std::size_t node, const Sample& at,
+  [[nodiscard]] double line_distance(const ContactSet& set, std::size_t node, const Sample& at,
                                      const std::vector<double>& amplitudes) const {
     double line = 0.0;
     if (contact_->resting(node)) {
-      line = run.side * (start_[node] - run.height(node)) -
-             (contact_->resting_on(node, run) ? pressing(run, node, at)[0] : 0.0);
+      line = set.side * (start_[node] - set.height(node)) -
+             (contact_->resting_on(node, set) ? pressing(set, node, at)[0] : 0.0);
     } else {
-      const Kinematics now = gap(run, node, at);
+      const Kinematics now = gap(set, node, at);
       line = now.position + now.acceleration / (wf_ * wf_);
     }
     const auto& corrected = equations_->line().corrected_modes();
     for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
-      line -= run.side * amplitudes[mode] * corrected[mode].shape[node];
+      line -= set.side * amplitudes[mode] * corrected[mode].shape[node];
     }
     return line;
   }
 
   /// Smallest distance of the line at the contact nodes, and what resting masses pressed.
   void track_contact() {
-    if (contact_->runs().empty()) {
+    if (contact_->sets().empty()) {
       return;
     }
     const auto intervals =
@@ -465,10 +470,10 @@ class Chebyshev final : public ProblemIntegrator {
       samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
     }
     const std::vector<std::vector<double>> amplitudes = amplitudes_at(samples);
-    for (const ContactSet& run : contact_->runs()) {
-      for (std::size_t node = run.first; node < run.last; ++node) {
+    for (const ContactSet& set : contact_->sets()) {
+      for (std::size_t node = set.first; node < set.last; ++node) {
         for (std::size_t s = 0; s < samples.size(); ++s) {
-          contact_->line_at(line_distance(run, node, samples[s], amplitudes[s]), node, begin_ + samples[s].time);
+          contact_->record_gap(line_distance(set, node, samples[s], amplitudes[s]), node, begin_ + samples[s].time);
         }
       }
     }
@@ -484,11 +489,11 @@ class Chebyshev final : public ProblemIntegrator {
     for (const Sample& at : samples) {
       sums.push_back(motion_->weights(-1, at.time));
     }
-    for (const ContactSet& run : contact_->runs()) {
+    for (const ContactSet& set : contact_->sets()) {
       std::vector<double> pressed(samples.size());
       bool presses = false;
-      for (std::size_t node = run.first; node < run.last; ++node) {
-        if (!contact_->resting_on(node, run)) {
+      for (std::size_t node = set.first; node < set.last; ++node) {
+        if (!contact_->resting_on(node, set)) {
           continue;
         }
         presses = true;
@@ -501,8 +506,8 @@ class Chebyshev final : public ProblemIntegrator {
         }
       }
       for (std::size_t i = 0; i < samples.size() && presses; ++i) {
-        contact_->press(run.support, pressed[i], begin_ + (i > 0 ? samples[i - 1].time : 0.0),
-                        begin_ + samples[i].time);
+        contact_->journal().record_force(set.support, pressed[i],
+                                         {begin_ + (i > 0 ? samples[i - 1].time : 0.0), begin_ + samples[i].time});
       }
     }
   }

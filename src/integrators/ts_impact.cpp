@@ -117,7 +117,7 @@ class Impact final : public ProblemIntegrator {
     const petsc::LogScope contact{petsc::log_events().contact};
     touching_->write_journal();
     if (sweep_.damped()) {
-      contact_->flow({.damped = dragged(1.0)});
+      contact_->journal().record_flow({.damped = dragged(1.0)});
     }
     if (line_forces_) {
       line_forces_->write_journal();
@@ -168,8 +168,8 @@ class Impact final : public ProblemIntegrator {
   [[nodiscard]] double streamed_bytes() const override {
     const auto m = static_cast<double>(sweep_.terms);
     std::size_t contact_nodes = 0;
-    for (const ContactSet& run : contact_->runs()) {
-      contact_nodes += run.last - run.first;
+    for (const ContactSet& set : contact_->sets()) {
+      contact_nodes += set.last - set.first;
     }
     // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
     // predict: the line twice, moments written. A step: the state copied, its size, the line counted anew.

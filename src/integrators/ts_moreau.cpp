@@ -158,12 +158,13 @@ class Moreau final : public ProblemIntegrator {
     if (contact_nodes_ == nullptr) {
       return;
     }
+    ContactJournal& journal = contact_->journal();
     const petsc::ReadArray end{state_};
     for (const std::size_t i : contact_nodes_->mine()) {
       const LinePoint& point = contact_nodes_->points()[i];
       const std::size_t node = contact_nodes_->local(i);
       const double lift = point.lift(begin_ + length_).height;
-      contact_->line_at(point.side * (end.values()[node] - point.height - lift), node, begin_ + length_);
+      contact_->record_gap(point.side * (end.values()[node] - point.height - lift), node, begin_ + length_);
       if (force_[i] > 0.0) {
         const Face face = face_of(point);
         const double middle = begin_ + 0.5 * step_;
@@ -173,16 +174,22 @@ class Moreau final : public ProblemIntegrator {
         work_in_ += impulse * speed;
         const double approach = -point.side * (start_[count_ + node] - face.before);
         if (approach > kLying * force_[i] * step_ / equations_->line().mass()[node]) {
-          contact_->strike(point.support, node, middle, start_[count_ + node], end.values()[count_ + node], impulse,
-                           loss);
+          journal.record_impact(node, {.time = middle,
+                                       .support = point.support,
+                                       .velocity_before = start_[count_ + node],
+                                       .velocity_after = end.values()[count_ + node],
+                                       .impulse = impulse,
+                                       .energy_loss = loss});
         } else {
-          contact_->push(point.support, node, middle, impulse, loss);
+          journal.record_loss(middle, loss);
+          journal.record_impulse(point.support, impulse, middle);
+          journal.record_contact_time(node, {middle, middle});
         }
       }
     }
-    contact_->flow({.work = work_in_});
+    journal.record_flow({.work = work_in_});
     if (in_contact_) {
-      contact_->hold(begin_, begin_ + length_);
+      journal.record_line_contact({begin_, begin_ + length_});
     }
   }
 

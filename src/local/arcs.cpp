@@ -232,9 +232,9 @@ RestArc rest_arc(const Problem& problem, const Mass& mass) {
       pressing[k] += side / (problem.angle * problem.angle) * (bend + next * problem.drag * path[k + 1]);
     }
   }
-  std::array<double, kMostTerms> holding = pressing;
-  holding[0] += problem.pull_resolution;
-  const double end = holding[0] < 0.0 ? 0.0 : first_zero(holding.data(), arc.terms, left);
+  std::array<double, kMostTerms> surely_pressing = pressing;
+  surely_pressing[0] += problem.pull_resolution;
+  const double end = surely_pressing[0] < 0.0 ? 0.0 : first_zero(surely_pressing.data(), arc.terms, left);
   arc.released = end >= 0.0 && end < left;
   arc.length = arc.released ? end : left;
   // Round-off lifts what it has just put back: it stays for the time in which the pull is but round-off.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <ranges>
+#include <utility>
 
 #include "udar/contact/impact_law.hpp"
 #include "udar/petsc/log.hpp"
@@ -13,9 +14,10 @@
 namespace udar {
 namespace {
 
-// Masses within this share of the hop tolerance touch together.
-constexpr double kTogether = 1e-2;
+// Masses within this share of the hop tolerance touch their support.
+constexpr double kTouchingShare = 1e-2;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -24,46 +26,36 @@ ContactState::ContactState(const MassPoints& points, const Contacts& contacts, C
       contacts_{&contacts},
       parameters_{parameters},
       resting_(points.points(), 0),
-      impulse_(contacts.supports.size(), 0.0),
-      pressed_(contacts.supports.size(), 0.0) {
-  if (parameters.surface == ContactSurface::mass) {
-    runs_ = contacts.sets;
+      journal_{points, contacts.supports.size()},
+      times_{points, contacts.sets} {
+  if (!on_line()) {
+    sets_ = contacts.sets;
+    any_elastic_ = std::ranges::any_of(supports(), &Support::elastic);
   }
-  for (const ContactSet& set : contacts.sets) {
-    touchable_.push_back({set.first, set.last});
-  }
-  std::ranges::sort(touchable_);
-  for (std::size_t i = 1; i < touchable_.size(); ++i) {  // supports may share nodes: each belongs to one range
-    auto& [first, last] = touchable_[i];
-    first = std::max(first, touchable_[i - 1][1]);
-    last = std::max(last, first);
-  }
-  last_contact_.assign(touchable_.empty() ? 0 : points.points(), -std::numeric_limits<double>::infinity());
-  line_gap_.gap = std::numeric_limits<double>::infinity();
-  gives_way_ = !runs_on_line() && std::ranges::any_of(supports(), &Support::elastic);
+  totals_.impulses.assign(contacts.supports.size(), 0.0);
   begin_step();
 }
 
-double ContactState::spring_energy(double time, std::span<const double> position) const {
-  double sum = 0.0;
-  for (const ContactSet& run : runs_) {
-    const double lift = run.elastic() ? run.lift(time).height : 0.0;
-    for (std::size_t node = run.first; run.elastic() && node < run.last; ++node) {
-      const double gap = std::min(0.0, run.side * (position[node] - run.height(node) - lift));
-      sum += 0.5 * run.stiffness * points_->mass()[node] * gap * gap;
-    }
-  }
-  return sum;
-}
-
-double ContactState::together(double position, double height) const {
-  return std::max(kTogether * parameters_.hop_tolerance,
+double ContactState::touching_distance(double position, double height) const {
+  return std::max(kTouchingShare * parameters_.hop_tolerance,
                   8.0 * kEpsilon * std::max(std::abs(position), std::abs(height)));
 }
 
 double ContactState::pull_resolution(double height) const {
   constexpr double kRoundings = 16.0;  // of places, each half a unit in the last place, and of the solve
   return kRoundings * kEpsilon * (length_ + std::abs(height));
+}
+
+double ContactState::spring_energy(double time, std::span<const double> position) const {
+  double sum = 0.0;
+  for (const ContactSet& set : sets_) {
+    const double lift = set.elastic() ? set.lift(time).height : 0.0;
+    for (std::size_t node = set.first; set.elastic() && node < set.last; ++node) {
+      const double gap = std::min(0.0, set.side * (position[node] - set.height(node) - lift));
+      sum += 0.5 * set.stiffness * points_->mass()[node] * gap * gap;
+    }
+  }
+  return sum;
 }
 
 void ContactState::set_resting(std::size_t node, PetscInt support) {
@@ -76,170 +68,100 @@ void ContactState::set_resting(std::size_t node, PetscInt support) {
   }
 }
 
-void ContactState::hit(const ContactSet& run, std::size_t node, double time, double before, double after, double loss) {
-  strike(run.support, node, time, before, after, points_->mass()[node] * (after - before), loss);
+void ContactState::bring_to_rest(std::size_t node, const ContactSet& set, double time, double loss) {
+  journal_.record_rest(node, set.support, time);
+  journal_.record_loss(time, loss);
+  set_resting(node, set.support);
 }
 
-void ContactState::strike(PetscInt support, std::size_t node, double time, double before, double after, double impulse,
-                          double loss) {
-  const PetscInt global = points_->global(node);
-  impacts_.push_back({.time = time,
-                      .node = global,
-                      .x = points_->place(node).x,
-                      .support = support,
-                      .velocity_before = before,
-                      .velocity_after = after,
-                      .impulse = impulse,
-                      .energy_loss = loss});
-}
-
-void ContactState::push(PetscInt support, std::size_t node, double time, double impulse, double loss) {
-  losses_.push_back({.time = time, .energy = loss});
-  press(support, impulse, time, time);
-  touch(node, time, time);
-}
-
-void ContactState::rest(const ContactSet& run, std::size_t node, double time, double loss) {
-  const PetscInt global = points_->global(node);
-  rests_.push_back(
-      {.time = time, .node = global, .x = points_->place(node).x, .support = run.support, .release = false});
-  set_resting(node, run.support);
-  losses_.push_back({.time = time, .energy = loss});
-}
-
-void ContactState::release(const ContactSet& run, std::size_t node, double time) {
-  const PetscInt global = points_->global(node);
-  rests_.push_back(
-      {.time = time, .node = global, .x = points_->place(node).x, .support = run.support, .release = true});
+void ContactState::release(std::size_t node, const ContactSet& set, double time) {
+  journal_.record_release(node, set.support, time);
   set_resting(node, -1);
 }
 
-double ContactState::lost_before(double time) const {
-  double sum = 0.0;
-  for (const ImpactRecord& impact : impacts_) {
-    sum += impact.time < time ? impact.energy_loss : 0.0;
-  }
-  for (const Loss& loss : losses_) {
-    sum += loss.time < time ? loss.energy : 0.0;
-  }
-  return sum;
-}
-
-void ContactState::add_impulses(double time, double passed, std::span<double> sums) const {
-  for (const ImpactRecord& impact : impacts_) {
-    sums[static_cast<std::size_t>(impact.support)] += impact.time < time ? impact.impulse : 0.0;
-  }
-  for (std::size_t support = 0; support < pressed_.size(); ++support) {
-    sums[support] += passed * pressed_[support];
-  }
-  for (const Part& part : parts_) {
-    const double share = time >= part.to ? 1.0 : time > part.from ? (time - part.from) / (part.to - part.from) : 0.0;
-    sums[static_cast<std::size_t>(part.support)] += share * part.impulse;
-  }
-}
-
-void ContactState::note_contacts(double until) {
-  const auto note = [&](PetscInt node, double time) {
-    if (time < until) {
-      double& last = last_contact_[static_cast<std::size_t>(node - points_->begin())];
-      last = std::max(last, time);
-    }
-  };
-  for (const Touch& touch : touches_) {
-    if (touch.from < until) {
-      last_contact_[touch.node] = std::max(last_contact_[touch.node], std::min(touch.until, until));
-    }
-  }
-  for (const ImpactRecord& impact : impacts_) {
-    note(impact.node, impact.time);
-  }
-  for (const RestRecord& rest : rests_) {
-    note(rest.node, rest.time);
-  }
-}
-
 ContactZone ContactState::zone(double since, double until, std::span<const std::uint8_t> resting) {
-  note_contacts(until);
-  ContactZone zone;
-  for (const auto& [first, last] : touchable_) {
-    for (std::size_t node = first; node < last; ++node) {
-      if (resting[node] != 0 || last_contact_[node] >= since) {
-        const double x = points_->place(node).x;
-        ++zone.masses;
-        zone.x_min = std::min(zone.x_min, x);
-        zone.x_max = std::max(zone.x_max, x);
-      }
-    }
-  }
-  return zone;
+  times_.note(journal_, until);
+  return times_.zone(since, resting);
 }
 
-void ContactState::line_at(double gap, std::size_t node, double time) {
+void ContactState::record_gap(double gap, std::size_t node, double time) {
   if (smallest(gap)) {
-    line_gap_ = {.gap = gap, .x = points_->place(node).x, .time = time};
+    totals_.line_gap = {.gap = gap, .x = points_->place(node).x, .time = time};
   }
 }
 
 void ContactState::release_pulled(double time, double acceleration, std::span<const double> stretch) {
-  for (const ContactSet& run : runs_) {
-    const double lift = run.lift(time).acceleration;
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      if (resting_on(node, run) && run.side * (acceleration * stretch[node] - lift) > 0.0) {
-        release(run, node, time);
+  for (const ContactSet& set : sets_) {
+    const double lift = set.lift(time).acceleration;
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      if (resting_on(node, set) && set.side * (acceleration * stretch[node] - lift) > 0.0) {
+        release(node, set, time);
       }
     }
   }
 }
 
-void ContactState::resolve(double time, std::span<const std::int32_t> due, double acceleration,
-                           std::span<double> position, std::span<double> velocity, std::span<double> stretch) {
-  for (const ContactSet& run : runs_) {
-    const SupportMotion::State lift = run.lift(time);
-    for (std::size_t node = run.first; node < run.last && !run.elastic(); ++node) {
-      const double height = run.height(node) + lift.height;
-      const bool is_due = !due.empty() && due[node] == run.support + 1;
-      if (resting(node)) {
-        if (is_due && resting_on(node, run)) {
-          // Just off: else it would be held again by what else happens at this instant.
-          stretch[node] = lift.acceleration / acceleration + 2.0 * run.side * pull_resolution(height);
-          release(run, node, time);
-        }
-        continue;
-      }
-      const double gap = run.side * (position[node] - height);
-      if (gap > together(position[node], height) && !is_due) {
-        continue;
-      }
-      const double wf = std::sqrt(acceleration);
-      const double resolution = pull_resolution(height);
-      TouchingMass mass{.velocity = run.side * (velocity[node] - lift.velocity),
-                        .acceleration = run.side * (acceleration * stretch[node] - lift.acceleration),
-                        .resolution = acceleration * resolution,
-                        .mass = points_->mass()[node]};
-      if (std::abs(mass.velocity) <= wf * resolution) {
-        mass.velocity = 0.0;  // it stands there, but for rounding
-      }
-      ContactOutcome outcome = resolve_contact(mass, run.law, parameters_.hop_tolerance);
-      // It is to meet the support now, and would not get off it by the tolerance in 1 / wf: no hop at all.
-      if (is_due && !outcome.impact && outcome.velocity <= wf * parameters_.hop_tolerance) {
-        outcome = {.energy_loss = 0.5 * mass.mass * mass.velocity * mass.velocity, .rests = true};
-      }
-      if (!outcome.impact && !outcome.rests) {
-        continue;
-      }
-      const double after = lift.velocity + run.side * outcome.velocity;
-      if (outcome.impact) {
-        hit(run, node, time, velocity[node], after, outcome.energy_loss);
-      } else {
-        press(run.support, points_->mass()[node] * (after - velocity[node]), time, time);
-      }
-      flow({.work = points_->mass()[node] * (after - velocity[node]) * lift.velocity});
-      position[node] = height;
-      velocity[node] = after;
-      if (outcome.rests) {
-        rest(run, node, time, outcome.impact ? 0.0 : outcome.energy_loss);
+void ContactState::resolve(const ContactInstant& now) {
+  for (const ContactSet& set : sets_) {
+    const SupportMotion::State lift = set.lift(now.time);
+    for (std::size_t node = set.first; node < set.last && !set.elastic(); ++node) {
+      const bool due = !now.due.empty() && now.due[node] == set.support + 1;
+      if (!resting(node)) {
+        meet(now, set, lift, node, due);
+      } else if (due && resting_on(node, set)) {
+        // Just off: else it would come to rest again by what else happens at this instant.
+        now.stretch[node] =
+            lift.acceleration / now.acceleration + 2.0 * set.side * pull_resolution(set.height(node) + lift.height);
+        release(node, set, now.time);
       }
     }
+  }
+}
+
+/// A mass that moves and may be on its support. @param due whether it meets it now, wherever it is
+void ContactState::meet(const ContactInstant& now, const ContactSet& set, const SupportMotion::State& lift,
+                        std::size_t node, bool due) {
+  const double height = set.height(node) + lift.height;
+  double& position = now.position[node];
+  double& velocity = now.velocity[node];
+  const double gap = set.side * (position - height);
+  if (gap > touching_distance(position, height) && !due) {
+    return;
+  }
+  const double wf = std::sqrt(now.acceleration);
+  const double resolution = pull_resolution(height);
+  TouchingMass mass{.velocity = set.side * (velocity - lift.velocity),
+                    .acceleration = set.side * (now.acceleration * now.stretch[node] - lift.acceleration),
+                    .resolution = now.acceleration * resolution,
+                    .mass = points_->mass()[node]};
+  if (std::abs(mass.velocity) <= wf * resolution) {
+    mass.velocity = 0.0;  // it stands there, but for rounding
+  }
+  ContactOutcome outcome = resolve_contact(mass, set.law, parameters_.hop_tolerance);
+  // It is to meet the support now, and would not get off it by the tolerance in 1 / wf: no hop at all.
+  if (due && !outcome.impact && outcome.velocity <= wf * parameters_.hop_tolerance) {
+    outcome = {.energy_loss = 0.5 * mass.mass * mass.velocity * mass.velocity, .rests = true};
+  }
+  if (!outcome.impact && !outcome.rests) {
+    return;
+  }
+  const double after = lift.velocity + set.side * outcome.velocity;
+  const double impulse = mass.mass * (after - velocity);
+  if (outcome.impact) {
+    journal_.record_impact(node, {.time = now.time,
+                                  .support = set.support,
+                                  .velocity_before = velocity,
+                                  .velocity_after = after,
+                                  .impulse = impulse,
+                                  .energy_loss = outcome.energy_loss});
+  } else {
+    journal_.record_impulse(set.support, impulse, now.time);
+  }
+  journal_.record_flow({.work = impulse * lift.velocity});
+  position = height;
+  velocity = after;
+  if (outcome.rests) {
+    bring_to_rest(node, set, now.time, outcome.impact ? 0.0 : outcome.energy_loss);
   }
 }
 
@@ -249,23 +171,9 @@ void ContactState::count_resting() {
 
 void ContactState::begin_step() {
   changes_.clear();
-  release_if_large(impacts_);
-  release_if_large(rests_);
-  losses_.clear();
-  std::ranges::fill(pressed_, 0.0);
-  parts_.clear();
-  touches_.clear();
-  line_gap_before_ = line_gap_;
-  counts_before_ = counts_;
-  impulse_before_ = impulse_;
+  journal_.clear();
+  totals_before_ = totals_;
   all_events_ = {};
-  held_from_ = -1.0;
-  flow_ = {};
-}
-
-void ContactState::hold(double from, double until) {
-  held_from_ = held_from_ < 0.0 ? from : std::min(held_from_, from);
-  held_until_ = until;
 }
 
 void ContactState::undo() {
@@ -273,100 +181,112 @@ void ContactState::undo() {
     resting_[change.node] = change.before;
   }
   count_resting();
-  line_gap_ = line_gap_before_;
-  counts_ = counts_before_;
-  impulse_ = impulse_before_;
+  totals_ = totals_before_;
   begin_step();
 }
 
 void ContactState::commit(double time, std::span<double> sums) {
-  const auto releases = std::ranges::count_if(rests_, &RestRecord::release);
-  std::vector<double> all{static_cast<double>(impacts_.size()),
-                          static_cast<double>(rests_.size()) - static_cast<double>(releases),
+  times_.note(journal_, kInfinity);
+  const bool rested = totals_.counts.resting > 0;
+  add_up(sums);
+  find_contact_times(time, rested);
+}
+
+/// Counts, energies and impulses of the step over the ranks. @param[in,out] sums what is added up with them
+void ContactState::add_up(std::span<double> sums) {
+  const auto releases = std::ranges::count_if(journal_.rests(), &RestRecord::release);
+  std::vector<double> all{static_cast<double>(journal_.impacts().size()),
+                          static_cast<double>(journal_.rests().size()) - static_cast<double>(releases),
                           static_cast<double>(releases),
-                          lost_before(std::numeric_limits<double>::infinity()),
-                          flow_.work,
-                          flow_.damped};
+                          journal_.lost_before(kInfinity),
+                          journal_.flow().work,
+                          journal_.flow().damped};
+  std::vector<double>& impulses = totals_.impulses;
   const auto own = static_cast<std::ptrdiff_t>(all.size());
   all.insert(all.end(), sums.begin(), sums.end());
   const auto sums_end = static_cast<std::ptrdiff_t>(all.size());
-  all.resize(all.size() + impulse_.size(), 0.0);
-  constexpr double kAll = std::numeric_limits<double>::infinity();
-  add_impulses(kAll, 1.0, std::span{all}.last(impulse_.size()));
-  note_contacts(kAll);
+  all.resize(all.size() + impulses.size(), 0.0);
+  journal_.add_impulses(kInfinity, 1.0, std::span{all}.last(impulses.size()));
   const petsc::LogScope reduction{petsc::log_events().reduction};
   MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, points_->comm());
   std::copy(all.begin() + own, all.begin() + sums_end, sums.begin());
-  std::transform(all.begin() + sums_end, all.end(), impulse_.begin(), impulse_.begin(), std::plus{});
-  counts_.impacts += static_cast<PetscInt>(all[0]);
-  counts_.rests += static_cast<PetscInt>(all[1]);
-  counts_.releases += static_cast<PetscInt>(all[2]);
-  const bool rested = counts_.resting > 0;
-  counts_.resting += static_cast<PetscInt>(all[1] - all[2]);
-  counts_.lost += all[3];
-  counts_.work += all[4];
-  counts_.damped += all[5];
+  std::transform(all.begin() + sums_end, all.end(), impulses.begin(), impulses.begin(), std::plus{});
+  ContactCounts& counts = totals_.counts;
+  counts.impacts += static_cast<PetscInt>(all[0]);
+  counts.rests += static_cast<PetscInt>(all[1]);
+  counts.releases += static_cast<PetscInt>(all[2]);
+  counts.resting += static_cast<PetscInt>(all[1] - all[2]);
+  counts.lost += all[3];
+  counts.work += all[4];
+  counts.damped += all[5];
   all_events_ = {.impacts = static_cast<PetscInt>(all[0]), .rests = static_cast<PetscInt>(all[1] + all[2])};
-  counts_.event_steps += any_events() ? 1 : 0;
+  counts.event_steps += any_events() ? 1 : 0;
+}
+
+/// First and last time of contact. @param rested whether any mass did at the beginning of the step
+void ContactState::find_contact_times(double time, bool rested) {
+  ContactCounts& counts = totals_.counts;
+  std::array<double, 2> extremes{-kInfinity, -kInfinity};  // minus the first, the last
+  const auto see = [&](double first, double last) {
+    extremes = {std::max(extremes[0], -first), std::max(extremes[1], last)};
+  };
+  const auto reduce = [&] {
+    const petsc::LogScope reduction{petsc::log_events().reduction};
+    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, points_->comm());
+  };
   if (any_events()) {
-    double first = std::numeric_limits<double>::infinity();
-    double last = -first;
-    for (const ImpactRecord& impact : impacts_) {
-      first = std::min(first, impact.time);
-      last = std::max(last, impact.time);
+    for (const ImpactRecord& impact : journal_.impacts()) {
+      see(impact.time, impact.time);
     }
-    for (const RestRecord& rest : rests_) {
-      first = rest.release ? first : std::min(first, rest.time);
-      last = std::max(last, rest.time);
+    for (const RestRecord& rest : journal_.rests()) {
+      see(rest.release ? kInfinity : rest.time, rest.time);
     }
-    std::array<double, 2> extremes{-first, last};
-    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, points_->comm());
-    if (counts_.first_contact_time < 0.0 && all[0] + all[1] > 0.0) {
-      counts_.first_contact_time = -extremes[0];
+    reduce();
+    if (counts.first_contact_time < 0.0 && extremes[0] > -kInfinity) {
+      counts.first_contact_time = -extremes[0];
     }
-    counts_.last_contact_time = extremes[1];
+    counts.last_contact_time = extremes[1];
   }
-  if (rested && counts_.resting > 0) {
-    counts_.last_contact_time = time;
+  if (rested && counts.resting > 0) {
+    counts.last_contact_time = time;
   }
-  if (gives_way_) {
-    std::array<double, 2> extremes{-kAll, -kAll};
-    for (const Touch& touch : touches_) {
-      extremes = {std::max(extremes[0], -touch.from), std::max(extremes[1], touch.until)};
+  if (any_elastic_) {
+    extremes = {-kInfinity, -kInfinity};
+    for (const ContactJournal::Contact& contact : journal_.contacts()) {
+      see(contact.time.from, contact.time.until);
     }
-    MPI_Allreduce(MPI_IN_PLACE, extremes.data(), 2, MPI_DOUBLE, MPI_MAX, points_->comm());
-    if (extremes[1] > -kAll) {
-      const double first = counts_.first_contact_time;
-      counts_.first_contact_time = first < 0.0 ? -extremes[0] : std::min(first, -extremes[0]);
-      counts_.last_contact_time = std::max(counts_.last_contact_time, extremes[1]);
+    reduce();
+    if (extremes[1] > -kInfinity) {
+      const double first = counts.first_contact_time;
+      counts.first_contact_time = first < 0.0 ? -extremes[0] : std::min(first, -extremes[0]);
+      counts.last_contact_time = std::max(counts.last_contact_time, extremes[1]);
     }
   }
-  if (held_from_ >= 0.0) {
-    counts_.first_contact_time = counts_.first_contact_time < 0.0 ? held_from_ : counts_.first_contact_time;
-    counts_.last_contact_time = held_until_;
+  if (const auto& line = journal_.line_contact()) {
+    counts.first_contact_time = counts.first_contact_time < 0.0 ? line->from : counts.first_contact_time;
+    counts.last_contact_time = line->until;
   }
 }
 
 LineGap ContactState::smallest_line_gap() const {
+  const LineGap& own = totals_.line_gap;
   struct {
     double gap;
     int rank;
-  } smallest{.gap = line_gap_.gap, .rank = 0};
+  } smallest{.gap = own.gap, .rank = 0};
   MPI_Comm_rank(points_->comm(), &smallest.rank);
   MPI_Allreduce(MPI_IN_PLACE, &smallest, 1, MPI_DOUBLE_INT, MPI_MINLOC, points_->comm());
-  std::array<double, 3> place{line_gap_.gap, line_gap_.x, line_gap_.time};
+  std::array<double, 3> place{own.gap, own.x, own.time};
   MPI_Bcast(place.data(), static_cast<int>(place.size()), MPI_DOUBLE, smallest.rank, points_->comm());
   return {.gap = place[0], .x = place[1], .time = place[2]};
 }
 
-void ContactState::restore(std::span<const std::int32_t> resting, const ContactCounts& counts, const LineGap& gap,
-                           std::span<const double> impulses, std::span<const double> last_contact) {
+void ContactState::restore(std::span<const std::int32_t> resting, ContactTotals totals,
+                           std::span<const double> last_contact) {
   resting_.assign(resting.begin(), resting.end());
   count_resting();
-  counts_ = counts;
-  line_gap_ = gap;
-  impulse_.assign(impulses.begin(), impulses.end());
-  std::copy_n(last_contact.begin(), last_contact_.size(), last_contact_.begin());
+  totals_ = std::move(totals);
+  times_.restore(last_contact);
   begin_step();
 }
 

@@ -88,7 +88,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
   enum Share : std::size_t { lost, load, work, damped, springs, shares };  // of this rank, within the step
   EnergyLedger now = equations_->energy(row.line, row.masses.position, row.masses.velocity);
   std::vector<double> sums(shares + besides.size(), 0.0);
-  sums[lost] = contact_->lost_before(row.time);
+  sums[lost] = contact_->journal().lost_before(row.time);
   std::ranges::copy(besides, sums.begin() + shares);
   if (equations_->loads().time_dependent()) {
     sums[load] = load_work_ + load_work(step, row.step_begin, row.time);

@@ -60,7 +60,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_) {
-    state.held = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
+    state.in_contact = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
 }

@@ -30,30 +30,30 @@ struct Cause {
 
 /// Way and speed of supports that move up to `end`; what gives way, or holds the line, moves masses no faster than
 /// their springs do.
-Cause of_supports(const Equations& equations, std::span<const ContactSet> runs, double end) {
+Cause of_supports(const Equations& equations, std::span<const ContactSet> sets, double end) {
   const bool on_line = equations.filtered() && equations.line_contact() != nullptr;
   const double wf = equations.line().frequency_bound();
   Cause cause;
-  for (const ContactSet& run : runs) {
-    if (!run.motion) {
+  for (const ContactSet& set : sets) {
+    if (!set.motion) {
       continue;
     }
     std::vector<double> times{0.0, end};  // rows, and the middles of what is between them
     double before = 0.0;
-    for (const double row : run.motion->time()) {
+    for (const double row : set.motion->time()) {
       if (row > 0.0 && row < end) {
         times.insert(times.end(), {0.5 * (before + row), row});
         before = row;
       }
     }
     times.push_back(0.5 * (before + end));
-    const double start = run.lift(0.0).height;
+    const double start = set.lift(0.0).height;
     for (const double time : times) {
-      const SupportMotion::State lift = run.lift(time);
+      const SupportMotion::State lift = set.lift(time);
       const double way = std::abs(lift.height - start);
-      const double spring = run.elastic() ? std::sqrt(run.stiffness + wf * wf) : wf;
+      const double spring = set.elastic() ? std::sqrt(set.stiffness + wf * wf) : wf;
       cause.add(way,
-                on_line || run.elastic() ? std::min(std::abs(lift.velocity), spring * way) : std::abs(lift.velocity));
+                on_line || set.elastic() ? std::min(std::abs(lift.velocity), spring * way) : std::abs(lift.velocity));
     }
   }
   return cause;
@@ -156,7 +156,7 @@ void refuse_absurd(const MassPoints& points, const MassState& masses, const Init
 
 }  // namespace
 
-MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactSet> runs,
+MotionScale motion_scale(Equations& equations, const InitialState& initial, std::span<const ContactSet> sets,
                          double end) {
   const MassPoints& points = equations.points();
   const MassState masses = initial_masses(points, initial);
@@ -172,14 +172,14 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
     causes[shape].add(offset, wf * offset);
     causes[speed].add(velocity / wf, velocity);
   }
-  for (const ContactSet& run : runs) {
-    const double lift = run.lift(0.0).height;
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      causes[supports].add(std::abs(run.height(node)), 0.0);
-      drop = std::max(drop, std::abs(masses.position[node] - run.height(node) - lift));
+  for (const ContactSet& set : sets) {
+    const double lift = set.lift(0.0).height;
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      causes[supports].add(std::abs(set.height(node)), 0.0);
+      drop = std::max(drop, std::abs(masses.position[node] - set.height(node) - lift));
     }
   }
-  causes[motion] = of_supports(equations, runs, end);
+  causes[motion] = of_supports(equations, sets, end);
   causes[load] = of_loads(equations, end);
   const double gravity = std::abs(equations.loads().gravity());
   causes[weight].add(gravity / (wf * wf), gravity / wf);

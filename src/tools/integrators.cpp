@@ -65,7 +65,7 @@ constexpr int kSamples = 10;
 /// Fixed steps, half kicks; a mass found below its support with a velocity towards it is reversed.
 void leapfrog(const Motion& motion, Equations& equations, double angle, Result& result) {
   MassState masses = initial_masses(equations.points(), motion.initial);
-  const auto runs = find_contacts(equations.points(), motion.supports).sets;
+  const auto sets = find_contacts(equations.points(), motion.supports).sets;
   const auto steps = static_cast<int>(std::ceil(motion.end * kFilter / angle / kSamples)) * kSamples;
   const double h = motion.end / steps;
   LineState line;
@@ -81,10 +81,10 @@ void leapfrog(const Motion& motion, Equations& equations, double angle, Result& 
     for (std::size_t i = 0; i < masses.position.size(); ++i) {
       masses.position[i] += h * masses.velocity[i];
     }
-    for (const ContactSet& run : runs) {
-      for (std::size_t i = run.first; i < run.last; ++i) {
-        if (run.side * (masses.position[i] - run.height(i)) < 0.0 && run.side * masses.velocity[i] < 0.0) {
-          masses.velocity[i] *= -run.law.restitution;
+    for (const ContactSet& set : sets) {
+      for (std::size_t i = set.first; i < set.last; ++i) {
+        if (set.side * (masses.position[i] - set.height(i)) < 0.0 && set.side * masses.velocity[i] < 0.0) {
+          masses.velocity[i] *= -set.law.restitution;
           result.impacts += 1.0;
         }
       }

@@ -93,14 +93,14 @@ TEST(TouchingMasses, BounceInLanesAndAlone) {
     EXPECT_NEAR(flat.end[i], height - height * std::cos(w * left) + after / w * std::sin(w * left), 1e-16);
     EXPECT_NEAR(flat.end[flat.sweep.count + i], w * height * std::sin(w * left) + after * std::cos(w * left), 1e-13);
   }
-  EXPECT_EQ(flat.contact.impacts().size(), flat.sweep.count);
-  EXPECT_NEAR(flat.contact.impacts().front().time, impact, 1e-17);
+  EXPECT_EQ(flat.contact.journal().impacts().size(), flat.sweep.count);
+  EXPECT_NEAR(flat.contact.journal().impacts().front().time, impact, 1e-17);
 }
 
 TEST(TouchingMasses, AreNoneWhereBoundsExcludeTheFloor) {
   FlatStep flat{1e-2, -2.0};  // 2 mm of way in the step
   EXPECT_EQ(flat.move(), 0);
-  EXPECT_TRUE(flat.contact.impacts().empty());
+  EXPECT_TRUE(flat.contact.journal().impacts().empty());
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ struct Stepped {
     return {read.values(), read.values() + 2 * static_cast<std::size_t>(beam.local_nodes())};
   }
   [[nodiscard]] bool hit() const {
-    int hits = static_cast<int>(contact.impacts().size());
+    int hits = static_cast<int>(contact.journal().impacts().size());
     MPI_Allreduce(MPI_IN_PLACE, &hits, 1, MPI_INT, MPI_SUM, beam.comm());
     return hits > 0;
   }

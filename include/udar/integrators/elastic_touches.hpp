@@ -19,11 +19,11 @@ class ElasticTouches {
   explicit ElasticTouches(const ContactState& contact);
 
   /// Open where the support is rigid.
-  [[nodiscard]] ElasticTouch of(const ContactSet& run, std::size_t node) const {
-    return run.elastic() ? touches_[index_of(run)][node - run.first] : ElasticTouch{};
+  [[nodiscard]] ElasticTouch of(const ContactSet& set, std::size_t node) const {
+    return set.elastic() ? touches_[index_of(set)][node - set.first] : ElasticTouch{};
   }
-  [[nodiscard]] ElasticTouch& at(const ContactSet& run, std::size_t node) {
-    return touches_[index_of(run)][node - run.first];
+  [[nodiscard]] ElasticTouch& at(const ContactSet& set, std::size_t node) {
+    return touches_[index_of(set)][node - set.first];
   }
   /// A step without events has passed.
   void pass();
@@ -33,12 +33,12 @@ class ElasticTouches {
   void restore(std::size_t count, const MotionState& state);
 
  private:
-  [[nodiscard]] std::size_t index_of(const ContactSet& run) const {
-    return static_cast<std::size_t>(&run - contact_->runs().data());
+  [[nodiscard]] std::size_t index_of(const ContactSet& set) const {
+    return static_cast<std::size_t>(&set - contact_->sets().data());
   }
 
   const ContactState* contact_;
-  std::vector<std::vector<ElasticTouch>> touches_;  // by run, then node
+  std::vector<std::vector<ElasticTouch>> touches_;  // by contact set, then node
 };
 
 }  // namespace udar

@@ -12,7 +12,7 @@ namespace udar {
 
 /// @brief Something that may happen to a mass at a support: a gap closes or opens, a force ends, a mass lifts.
 struct ContactEvent {
-  const ContactSet* run = nullptr;
+  const ContactSet* set = nullptr;
   std::size_t node = 0;
   double time = 0.0;   ///< on the dense output [s]
   double slope = 0.0;  ///< of the stretch at a release [m/s]
@@ -41,10 +41,10 @@ class EventSearch {
 
  private:
   void add(ContactEvent event);
-  void survey(const ContactSet& run, std::size_t node);
-  void survey_rest(const ContactSet& run, std::size_t node);
-  void survey_touch(const ContactSet& run, std::size_t node);
-  void survey_gap(const ContactSet& run, std::size_t node);
+  void survey(const ContactSet& set, std::size_t node);
+  void survey_rest(const ContactSet& set, std::size_t node);
+  void survey_touch(const ContactSet& set, std::size_t node);
+  void survey_gap(const ContactSet& set, std::size_t node);
   [[nodiscard]] double corrected_time(const ContactEvent& event) const;
 
   const StepMotion* motion_;

@@ -10,8 +10,8 @@
 
 namespace udar {
 
-/// @brief Impulses, work and times of the forces that hold the line over a step, by Simpson's rule, and these forces in
-/// a restart file.
+/// @brief Impulses, work and times of the contact forces on the line over a step, by Simpson's rule, and these forces
+/// in a restart file.
 class LineContactRecord {
  public:
   /// All outlive this object; the equations have contact on the line.
@@ -33,7 +33,7 @@ class LineContactRecord {
 
   Equations* equations_;
   ContactState* contact_;
-  // By which supports that move and hold the line bring energy in: at the start, middle and end of the step [W].
+  // Of supports that move and press on the line: at the start, middle and end of the step [W].
   std::array<double, 3> power_{};
 };
 

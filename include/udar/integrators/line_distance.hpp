@@ -22,7 +22,7 @@ class LineDistance {
   void track();
 
  private:
-  [[nodiscard]] double lowest_of_block(const ContactSet& run, std::size_t first, std::size_t count) const;
+  [[nodiscard]] double lowest_of_block(const ContactSet& set, std::size_t first, std::size_t count) const;
   void track_nodes(std::size_t index, std::size_t first, std::size_t last);
 
   Sweep* sweep_;

@@ -65,26 +65,26 @@ class StepMotion {
   [[nodiscard]] Kinematics kinematics(std::size_t node, const StepEnd& end) const;
   [[nodiscard]] StepPolynomial polynomial(std::size_t node) const;
   /// Gap of a mass and its rates.
-  [[nodiscard]] Kinematics gap(const ContactSet& run, const Kinematics& mass, std::size_t node, double time) const;
-  [[nodiscard]] Kinematics gap(const ContactSet& run, std::size_t node, const StepEnd& end) const {
-    return gap(run, kinematics(node, end), node, end.line.time);
+  [[nodiscard]] Kinematics gap(const ContactSet& set, const Kinematics& mass, std::size_t node, double time) const;
+  [[nodiscard]] Kinematics gap(const ContactSet& set, std::size_t node, const StepEnd& end) const {
+    return gap(set, kinematics(node, end), node, end.line.time);
   }
   /// What spring and damper of a support that gives way add to the mass's acceleration [m/s^2].
-  [[nodiscard]] double contact_acceleration(const ContactSet& run, std::size_t node, const Kinematics& mass,
+  [[nodiscard]] double contact_acceleration(const ContactSet& set, std::size_t node, const Kinematics& mass,
                                             double time) const;
   /// What lifts a mass at rest off its support, as stretch [m]: value and rate.
   struct Lift {
     double value;
     double rate;
   };
-  [[nodiscard]] Lift lift(const ContactSet& run, std::size_t node, const StepEnd& end) const;
+  [[nodiscard]] Lift lift(const ContactSet& set, std::size_t node, const StepEnd& end) const;
   /// Distance of the line from a support, at a node that may touch it [m].
-  [[nodiscard]] double line_gap(const ContactSet& run, std::size_t node, double theta) const;
+  [[nodiscard]] double line_gap(const ContactSet& set, std::size_t node, double theta) const;
   /// How much nearer to its mass than the stretch says the line is, in corrected modes [m].
   [[nodiscard]] double amplitude_offset(std::size_t node, double theta) const;
   /// Integral over the step of the stretch that presses a mass at rest on a plain support [m s].
   [[nodiscard]] double pull_integral(std::size_t node) const;
-  [[nodiscard]] SupportAction action(const ContactSet& run, std::size_t node, double theta) const;
+  [[nodiscard]] SupportAction action(const ContactSet& set, std::size_t node, double theta) const;
 
   /// @name The parts of `DenseOutput`.
   /// @{
@@ -100,7 +100,7 @@ class StepMotion {
   [[nodiscard]] StepPolynomial stretch_polynomial(std::size_t node) const;
   [[nodiscard]] double damper_rate(std::size_t node, double theta) const;
   [[nodiscard]] double resting_stretch(std::size_t node, double theta) const;
-  [[nodiscard]] double stretch(const ContactSet& run, std::size_t node, double theta) const;
+  [[nodiscard]] double stretch(const ContactSet& set, std::size_t node, double theta) const;
 
   Equations* equations_;
   const ContactState* contact_;

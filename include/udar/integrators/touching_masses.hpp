@@ -67,14 +67,14 @@ class TouchingMasses {
   struct MovingMass {
     std::uint32_t node = 0;
     std::int32_t resting = 0;  // support + 1 at the start of the step
-    std::int32_t run = 0;      // of the following
+    std::int32_t set = 0;      // of the following
     bool known = false;        // all it meets is one impact of the following, or none
     double impact = 2.0;       // tau; 2: none
     double before = 0.0;       // velocity [m per step]
   };
   /// A mass that stays at rest.
   struct RestingMass {
-    const ContactSet* run;
+    const ContactSet* set;
     std::size_t node;
   };
   /// Of the masses of a block.
@@ -92,11 +92,11 @@ class TouchingMasses {
     std::array<Moments, local::kLanes> before{};  // u before the sweep
     std::size_t count = 0;
   };
-  class Teller;
+  class Recorder;
 
   /// Lists the masses of a block that may touch something in this step, by bounds of their motion; what is free
   /// are the others.
-  void find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> runs, SweepMaxima& largest);
+  void find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> sets, SweepMaxima& largest);
   /// The first marked mass from `i` on, `count` if there is none.
   [[nodiscard]] std::size_t next_near(std::size_t i, std::size_t count) const;
   /// Moments and end.
@@ -105,16 +105,16 @@ class TouchingMasses {
   void move_touching(std::size_t index, const Moments& before, SweepMaxima& largest);
   void finish_batch(SweepMaxima& largest);
   void move_alone(const MovingMass& mass, const Moments& before, SweepMaxima& largest);
-  [[nodiscard]] const ContactSet& run_of(const MovingMass& mass) const;
+  [[nodiscard]] const ContactSet& set_of(const MovingMass& mass) const;
   /// @param before u before the sweep @param rests where it rests at the end; null: nowhere
   void take(const MovingMass& mass, const Moments& before, const local::Outcome& outcome, const ContactSet* rests,
             SweepMaxima& largest);
   [[nodiscard]] double energy(std::size_t node, double speed) const;
   /// @param tau of the step @param before, after velocities, and that of the support [m per step]
-  void tell_impact(const ContactSet& run, std::size_t node, double tau, double before, double after,
-                   double ground) const;
+  void record_impact(const ContactSet& set, std::size_t node, double tau, double before, double after,
+                     double ground) const;
   /// @param push, work as in `local::Journal::pressed`
-  void press(const ContactSet& run, std::size_t node, double push, double work) const;
+  void record_force(const ContactSet& set, std::size_t node, double push, double work) const;
 
   Sweep* sweep_;
   ContactState* contact_;

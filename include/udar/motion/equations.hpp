@@ -22,7 +22,7 @@ struct LineState {
   std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
   std::vector<double> moment;         ///< [N m]; empty unless asked for
   std::vector<double> contact_force;  ///< at `LineContact::points`, away from the supports [N]
-  bool held = false;                  ///< whether there is any of them, equal on every rank
+  bool in_contact = false;            ///< whether there is any of them, equal on every rank
 };
 
 /// @brief What changing loads alone do to the line, by their rates: no mass moves.

@@ -37,6 +37,6 @@ struct MotionScale {
 /// @note Collective: at most two line solves, the line held by nothing.
 /// @throws InputError naming the option that asks for places too far away to resolve the beam in double precision
 [[nodiscard]] MotionScale motion_scale(Equations& equations, const InitialState& initial,
-                                       std::span<const ContactSet> runs, double end);
+                                       std::span<const ContactSet> sets, double end);
 
 }  // namespace udar
