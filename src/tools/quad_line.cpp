@@ -11,54 +11,80 @@
 
 namespace udar::tools {
 
+namespace {
+
+/// A 2 x 2 block of the matrix: displacement and moment of a node.
+struct Block {
+  Quad a, b, c, d;
+};
+/// Of one element: 1/h and the moments' entries; nothing in a gap.
+struct Terms {
+  Quad t, diagonal, coupling;
+};
+/// Whether displacement and moment of a node are unknowns.
+using Present = std::array<bool, 2>;
+
+Terms terms_of(const BeamChain& beam, PetscInt number) {
+  const BeamElement e = beam.element(number);
+  if (!std::isfinite(e.flexural_compliance)) {
+    return Terms{0, 0, 0};
+  }
+  const Quad bend = static_cast<Quad>(e.length) * e.flexural_compliance / 6;
+  const Quad shear = static_cast<Quad>(e.shear_compliance) / e.length;
+  return Terms{1 / static_cast<Quad>(e.length), -(2 * bend + shear), -(bend - shear)};
+}
+
+Present present(const BeamChain& beam, PetscInt node) {
+  const BeamEnd* end = beam.end_at(node);
+  return {!beam.fixed(node), end == nullptr || !end->moment_free()};
+}
+
+/// A node's own block, between two elements. @param k of its filter spring
+Block pivot_of(const BeamChain& beam, PetscInt node, double k, const Terms& left, const Terms& right) {
+  const Quad tension = beam.parameters().tension;
+  const Present here = present(beam, node);
+  const Quad off = -(left.t + right.t);
+  const bool both = here[0] && here[1];
+  Block pivot{here[0] ? static_cast<Quad>(k) + beam.ground_stiffness(node) + tension * (left.t + right.t) : Quad{1},
+              both ? off : Quad{0}, both ? off : Quad{0}, here[1] ? left.diagonal + right.diagonal : Quad{1}};
+  if (const BeamEnd* end = beam.end_at(node); end != nullptr && here[1]) {
+    pivot.d -= 1 / static_cast<Quad>(end->rotational_stiffness);
+  }
+  return pivot;
+}
+
+/// The block of two nodes that an element joins.
+Block coupling_of(const BeamChain& beam, const Terms& e, const Present& row, const Present& column) {
+  const Quad tension = beam.parameters().tension;
+  return Block{row[0] && column[0] ? -tension * e.t : Quad{0}, row[0] && column[1] ? e.t : Quad{0},
+               row[1] && column[0] ? e.t : Quad{0}, row[1] && column[1] ? e.coupling : Quad{0}};
+}
+
+/// block^-1 (top, bottom)
+std::array<Quad, 2> divide(const Block& block, Quad top, Quad bottom) {
+  const Quad determinant = block.a * block.d - block.b * block.c;
+  return {(block.d * top - block.b * bottom) / determinant, (block.a * bottom - block.c * top) / determinant};
+}
+
+}  // namespace
+
 QuadLine quad_line(const BeamChain& beam, double wf, const std::vector<double>& displacement,
                    const std::vector<double>& force) {
-  struct Block {
-    Quad a, b, c, d;
-  };
   const auto n = static_cast<std::size_t>(beam.nodes());
-  const Quad tension = beam.parameters().tension;
   std::vector<Block> factor(n);  // inverse of the pivot block times the coupling to the next node
   std::vector<std::array<Quad, 2>> x(n);
-  /// Of one element: 1/h and the moments' entries; nothing in a gap.
-  struct Terms {
-    Quad t, diagonal, coupling;
-  };
-  const auto terms = [&](PetscInt number) {
-    const BeamElement e = beam.element(number);
-    if (!std::isfinite(e.flexural_compliance)) {
-      return Terms{0, 0, 0};
-    }
-    const Quad bend = static_cast<Quad>(e.length) * e.flexural_compliance / 6;
-    const Quad shear = static_cast<Quad>(e.shear_compliance) / e.length;
-    return Terms{1 / static_cast<Quad>(e.length), -(2 * bend + shear), -(bend - shear)};
-  };
-  const auto present = [&](PetscInt node) {
-    const BeamEnd* end = beam.end_at(node);
-    return std::array<bool, 2>{!beam.fixed(node), end == nullptr || !end->moment_free()};
-  };
   Terms left{0, 0, 0};
-  std::array<bool, 2> before{};
+  Present before{};
   for (std::size_t i = 0; i < n; ++i) {
     const auto node = static_cast<PetscInt>(i);
-    const Terms right = terms(node);
-    const std::array<bool, 2> here = present(node);
+    const Terms right = terms_of(beam, node);
+    const Present here = present(beam, node);
     const double k = wf * wf * beam.mass(node);
-    const Quad off = -(left.t + right.t);
-    const bool both = here[0] && here[1];
-    Block pivot{here[0] ? static_cast<Quad>(k) + beam.ground_stiffness(node) + tension * (left.t + right.t) : Quad{1},
-                both ? off : Quad{0}, both ? off : Quad{0}, here[1] ? left.diagonal + right.diagonal : Quad{1}};
-    if (const BeamEnd* end = beam.end_at(node); end != nullptr && here[1]) {
-      pivot.d -= 1 / static_cast<Quad>(end->rotational_stiffness);
-    }
+    Block pivot = pivot_of(beam, node, k, left, right);
     const Quad load = force.empty() ? 0.0 : force[i];
     std::array<Quad, 2> b{here[0] ? static_cast<Quad>(k) * displacement[i] + load : Quad{0}, 0};
-    const auto coupling = [&](const Terms& e, const std::array<bool, 2>& row, const std::array<bool, 2>& column) {
-      return Block{row[0] && column[0] ? -tension * e.t : Quad{0}, row[0] && column[1] ? e.t : Quad{0},
-                   row[1] && column[0] ? e.t : Quad{0}, row[1] && column[1] ? e.coupling : Quad{0}};
-    };
     if (i > 0) {
-      const Block lower = coupling(left, here, before);
+      const Block lower = coupling_of(beam, left, here, before);
       const Block& f = factor[i - 1];
       pivot.a -= lower.a * f.a + lower.b * f.c;
       pivot.b -= lower.a * f.b + lower.b * f.d;
@@ -67,16 +93,11 @@ QuadLine quad_line(const BeamChain& beam, double wf, const std::vector<double>& 
       b[0] -= lower.a * x[i - 1][0] + lower.b * x[i - 1][1];
       b[1] -= lower.c * x[i - 1][0] + lower.d * x[i - 1][1];
     }
-    const Quad determinant = pivot.a * pivot.d - pivot.b * pivot.c;
-    const auto divide = [&](Quad top, Quad bottom) {
-      return std::array<Quad, 2>{(pivot.d * top - pivot.b * bottom) / determinant,
-                                 (pivot.a * bottom - pivot.c * top) / determinant};
-    };
-    x[i] = divide(b[0], b[1]);
+    x[i] = divide(pivot, b[0], b[1]);
     if (i + 1 < n) {
-      const Block upper = coupling(right, here, present(node + 1));
-      const auto first = divide(upper.a, upper.c);
-      const auto second = divide(upper.b, upper.d);
+      const Block upper = coupling_of(beam, right, here, present(beam, node + 1));
+      const auto first = divide(pivot, upper.a, upper.c);
+      const auto second = divide(pivot, upper.b, upper.d);
       factor[i] = {first[0], second[0], first[1], second[1]};
     }
     left = right;

@@ -222,6 +222,47 @@ double expected_cost() {
   return cost / number(option_value("-ts_dt").value_or(""), 1.0);
 }
 
+namespace {
+
+/// Goes to the next point of the grid, the last axis fastest. @return whether there is one
+bool go_on(const std::vector<Axis>& axes, std::vector<std::size_t>& at) {
+  for (std::size_t a = at.size(); a-- > 0;) {
+    if (++at[a] < axes[a].values.size()) {
+      return true;
+    }
+    at[a] = 0;
+  }
+  return false;
+}
+
+/// Whether a point of the grid is run.
+bool is_wanted(Design design, const std::vector<Axis>& axes, const std::vector<std::size_t>& at) {
+  std::size_t coarse = 0;
+  for (std::size_t a = 0; a < at.size(); ++a) {
+    coarse += at[a] + 1 < axes[a].values.size() ? 1 : 0;
+  }
+  return design == Design::grid || coarse <= 1;
+}
+
+/// Adds to a run's options, those of its series so far, and finds what it costs.
+void complete(PlannedRun& run, const Series& series, const std::string& folder) {
+  std::erase_if(run.options, [](const auto& option) { return option.first == std::string{"-"} + kRefine; });
+  for (std::size_t a = 0; a < run.at.size(); ++a) {
+    const Axis& axis = series.axes[a];
+    const bool refine = axis.key == kRefine;
+    const std::string key = "-" + (refine ? std::string{"beam_elements"} : axis.key);
+    std::erase_if(run.options, [&key](const auto& option) { return option.first == key; });
+    run.options.emplace_back(key, refine ? refined(axis.values[run.at[a]]) : axis.values[run.at[a]]);
+  }
+  std::string digits = std::to_string(run.number);
+  digits.insert(0, digits.size() < 3 ? 3 - digits.size() : 0, '0');
+  run.options.emplace_back("-output_directory", folder + "/run-" + digits);
+  const ScopedOptions of_run{run.options};
+  run.cost = expected_cost();
+}
+
+}  // namespace
+
 std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& request, const std::string& folder) {
   std::vector<PlannedRun> runs;
   for (std::size_t number = 0; number < all.size(); ++number) {
@@ -229,34 +270,12 @@ std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& request, c
     const ScopedOptions in_force{series.options};
     series.axes = find_axes(request);
     std::vector<std::size_t> at(series.axes.size());
-    for (bool more = true; more;) {
-      std::size_t coarse = 0;
-      for (std::size_t a = 0; a < at.size(); ++a) {
-        coarse += at[a] + 1 < series.axes[a].values.size() ? 1 : 0;
+    do {
+      if (is_wanted(request.design, series.axes, at)) {
+        runs.push_back({.number = runs.size(), .series = number, .at = at, .options = series.options});
+        complete(runs.back(), series, folder);
       }
-      if (request.design == Design::grid || coarse <= 1) {
-        PlannedRun run{.number = runs.size(), .series = number, .at = at, .options = series.options, .cost = 0.0};
-        std::erase_if(run.options, [](const auto& option) { return option.first == std::string{"-"} + kRefine; });
-        for (std::size_t a = 0; a < at.size(); ++a) {
-          const Axis& axis = series.axes[a];
-          const bool refine = axis.key == kRefine;
-          const std::string key = "-" + (refine ? std::string{"beam_elements"} : axis.key);
-          std::erase_if(run.options, [&key](const auto& option) { return option.first == key; });
-          run.options.emplace_back(key, refine ? refined(axis.values[at[a]]) : axis.values[at[a]]);
-        }
-        std::string digits = std::to_string(run.number);
-        digits.insert(0, digits.size() < 3 ? 3 - digits.size() : 0, '0');
-        run.options.emplace_back("-output_directory", folder + "/run-" + digits);
-        const ScopedOptions of_run{run.options};
-        run.cost = expected_cost();
-        runs.push_back(std::move(run));
-      }
-      more = false;  // the next point of the grid, the last axis fastest
-      for (std::size_t a = at.size(); a-- > 0 && !more;) {
-        more = ++at[a] < series.axes[a].values.size();
-        at[a] = more ? at[a] : 0;
-      }
-    }
+    } while (go_on(series.axes, at));
   }
   for (const std::string& key : request.axes) {
     const bool found = std::ranges::any_of(all, [&key](const Series& series) {

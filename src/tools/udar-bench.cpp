@@ -139,13 +139,98 @@ void spread_masses(BeamParameters& beam, double decades) {
   }
 }
 
+/// The chain solver's measurements, with which others are compared in turn.
+struct ChainTimes {
+  MPI_Comm comm;
+  const BeamChain& beam;
+  const FilterParameters& filter;
+  PetscInt repeats;
+  const Numbers& given;
+  Vec right;  // of the operator's system
+  Vec found;
+  Timed& one;  // solve
+  Timed& ksp;  // of the system
+};
+
+/// Of a triad beyond any cache: 64 MB a vector over all ranks [bytes/s].
+double memory_bandwidth(const ChainTimes& chain) {
+  int ranks = 1;
+  MPI_Comm_size(chain.comm, &ranks);
+  Triad memory{static_cast<std::size_t>(8'000'000 / ranks)};
+  sample(chain.comm, {&chain.one, &memory.timed}, std::min<PetscInt>(chain.repeats, 20));
+  return memory.bandwidth(chain.comm);
+}
+
+/// How much longer than all ranks rank 0 alone takes for the whole line, in turn.
+double one_rank_over_these(const ChainTimes& chain) {
+  int rank = 0;
+  MPI_Comm_rank(chain.comm, &rank);
+  std::optional<BeamChain> beam;
+  std::unique_ptr<FilteredStructure> line;
+  Numbers given;
+  Numbers stretch;
+  if (rank == 0) {
+    beam.emplace(PETSC_COMM_SELF, chain.beam.parameters());
+    line = build(*beam, chain.filter, {.name = "chain"});
+    given = displacement(*beam, 0, beam->nodes(), 0.0);
+    stretch.resize(given.size());
+  }
+  Timed alone{.body = [&] {
+    if (line) {
+      line->solve(given, {}, stretch, {});
+    }
+  }};
+  sample(chain.comm, {&chain.one, &alone}, chain.repeats);
+  return alone.best() / chain.one.best();
+}
+
+/// One of PETSc's solvers beside the chain solver.
+nlohmann::ordered_json compare(const ChainTimes& chain, const Form& form) {
+  const auto nodes = static_cast<double>(chain.beam.nodes());
+  const double begin = MPI_Wtime();
+  const auto other = build(chain.beam, chain.filter, form);
+  const double set_up = MPI_Wtime() - begin;
+  Numbers stretch(chain.given.size());
+  Timed solve_it{.body = [&] { other->solve(chain.given, {}, stretch, {}); }};
+  Timed solve_ksp{.body = [&] { UDAR_CALL(KSPSolve(other->solver(), chain.right, chain.found)); }};
+  try {
+    sample(chain.comm, {&chain.one, &solve_it, &chain.ksp, &solve_ksp}, std::min<PetscInt>(chain.repeats, 10));
+    return {{"nanoseconds_per_node", solve_it.best() * 1e9 / nodes},
+            {"over_chain", solve_it.best() / chain.one.best()},
+            {"ksp_solve_over_chain", solve_ksp.best() / chain.ksp.best()},
+            {"setup_nanoseconds_per_node", set_up * 1e9 / nodes},
+            {"error", error_of(*other, 0.0)}};
+  } catch (const SolveError& failure) {
+    return {{"failed", petsc::with_option_keys(failure.what())}};
+  }
+}
+
+/// PETSc's solvers beside the chain solver, and which of those that are accurate is fastest.
+void compare_all(const ChainTimes& chain, const std::vector<Rival>& rivals, nlohmann::ordered_json& result) {
+  constexpr double kAccurate = 1e-11;
+  double best = 0.0;
+  for (const Rival rival : rivals) {
+    if (rival == Rival::none) {
+      continue;
+    }
+    const Form form = rival_form(rival);
+    const nlohmann::ordered_json entry = compare(chain, form);
+    if (!entry.contains("failed") && entry["error"] <= kAccurate &&
+        (best == 0.0 || entry["nanoseconds_per_node"] < best)) {
+      best = entry["nanoseconds_per_node"];
+      result["petsc_best"] = best;
+      result["petsc_best_name"] = form.name;
+      result["petsc_over_chain"] = entry["over_chain"];
+    }
+    result["petsc"][form.name] = entry;
+  }
+}
+
 /// The line solve, as the program calls it and through PETSc, against the memory and against PETSc's direct solvers.
 void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParameters& filter, PetscInt repeats,
            const std::vector<Rival>& rivals) {
   int ranks = 1;
-  int rank = 0;
   MPI_Comm_size(comm, &ranks);
-  MPI_Comm_rank(comm, &rank);
   const BeamChain beam{comm, parameters};
   const auto count = static_cast<std::size_t>(beam.local_nodes());
   const auto nodes = static_cast<double>(beam.nodes());
@@ -212,64 +297,12 @@ void solve(MPI_Comm comm, const BeamParameters& parameters, const FilterParamete
   result["factor_bytes_per_node"] = total(static_cast<double>(report.factor_bytes)) / nodes;
   result["work_bytes_per_node"] = total(static_cast<double>(report.work_bytes)) / nodes;
 
-  {
-    // Beyond any cache: 64 MB a vector over all ranks.
-    Triad memory{static_cast<std::size_t>(8'000'000 / ranks)};
-    sample(comm, {&one, &memory.timed}, std::min<PetscInt>(repeats, 20));
-    result["memory_triad_bandwidth"] = memory.bandwidth(comm);
-  }
+  const ChainTimes chain{comm, beam, filter, repeats, given, right, found, one, ksp};
+  result["memory_triad_bandwidth"] = memory_bandwidth(chain);
   if (ranks > 1) {
-    // The whole line on rank 0 alone, in turn with all ranks.
-    std::optional<BeamChain> alone_beam;
-    std::unique_ptr<FilteredStructure> alone_line;
-    Numbers alone_given;
-    Numbers alone_stretch;
-    if (rank == 0) {
-      alone_beam.emplace(PETSC_COMM_SELF, parameters);
-      alone_line = build(*alone_beam, filter, {.name = "chain"});
-      alone_given = displacement(*alone_beam, 0, beam.nodes(), 0.0);
-      alone_stretch.resize(alone_given.size());
-    }
-    Timed alone{.body = [&] {
-      if (alone_line) {
-        alone_line->solve(alone_given, {}, alone_stretch, {});
-      }
-    }};
-    sample(comm, {&one, &alone}, repeats);
-    result["one_rank_over_these"] = alone.best() / one.best();
+    result["one_rank_over_these"] = one_rank_over_these(chain);
   }
-
-  double petsc_best = 0.0;
-  for (const Rival rival : rivals) {
-    if (rival == Rival::none) {
-      continue;
-    }
-    const Form form = rival_form(rival);
-    const double rival_begin = MPI_Wtime();
-    const auto other = build(beam, filter, form);
-    const double rival_set_up = MPI_Wtime() - rival_begin;
-    Timed solve_it{.body = [&] { other->solve(given, {}, stretch[1], {}); }};
-    Timed solve_ksp{.body = [&] { UDAR_CALL(KSPSolve(other->solver(), right, found)); }};
-    nlohmann::ordered_json entry;
-    try {
-      sample(comm, {&one, &solve_it, &ksp, &solve_ksp}, std::min<PetscInt>(repeats, 10));
-      entry = {{"nanoseconds_per_node", per_node(solve_it.best())},
-               {"over_chain", solve_it.best() / one.best()},
-               {"ksp_solve_over_chain", solve_ksp.best() / ksp.best()},
-               {"setup_nanoseconds_per_node", per_node(rival_set_up)},
-               {"error", error_of(*other, 0.0)}};
-      constexpr double kAccurate = 1e-11;
-      if (entry["error"] <= kAccurate && (petsc_best == 0.0 || solve_it.best() * 1e9 / nodes < petsc_best)) {
-        petsc_best = entry["nanoseconds_per_node"];
-        result["petsc_best"] = petsc_best;
-        result["petsc_best_name"] = form.name;
-        result["petsc_over_chain"] = entry["over_chain"];
-      }
-    } catch (const SolveError& failure) {
-      entry = {{"failed", petsc::with_option_keys(failure.what())}};
-    }
-    result["petsc"][form.name] = entry;
-  }
+  compare_all(chain, rivals, result);
   result["error"] = error_of(*line, 0.0);
   result["error_offset_and_tilt"] = error_of(*line, 1.0);
   rusage usage{};

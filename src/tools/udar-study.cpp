@@ -242,6 +242,74 @@ std::string write_file(const std::string& path, const std::string& text) {
   return file.good() ? "" : "option -output_directory: cannot write '" + path + "'";
 }
 
+/// Reads series and reference, which depend on each other.
+std::vector<Series> read_series(Wishes& wishes) {
+  std::vector<Series> series = study::read_series(wishes.series);
+  if (wishes.reference.empty()) {
+    wishes.reference = series.front().name;
+  } else if (wishes.reference != "own" && std::ranges::find(series, wishes.reference, &Series::name) == series.end()) {
+    throw InputError{"option -study_reference: there is no series '" + wishes.reference + "'"};
+  }
+  return series;
+}
+
+/// The runs dealt to a group, one after the other, until a signal stops one.
+/// @return their outcomes, packed, on the group's first rank
+study::Json run_dealt(Group& group, const std::vector<std::size_t>& dealt, const std::vector<Series>& series,
+                      const std::vector<PlannedRun>& runs) {
+  study::Json own = study::Json::array();
+  for (const std::size_t number : dealt) {
+    if (group.stopped_by() != 0) {
+      break;
+    }
+    const double begin = MPI_Wtime();
+    const Outcome outcome = group.run(runs[number]);
+    if (group.first_rank()) {
+      own.push_back(study::packed(number, outcome));
+      std::printf("run %zu of %zu %s after %.3g s (%s)%s\n", number, runs.size(), outcome.state.c_str(),
+                  MPI_Wtime() - begin, describe(series[runs[number].series], runs[number]).c_str(),
+                  outcome.reason.empty() ? "" : (": " + outcome.reason).c_str());
+      std::fflush(stdout);
+    }
+  }
+  return own;
+}
+
+/// Outcomes of `count` runs from what the groups packed, one array of them a line.
+std::vector<Outcome> unpacked(const std::string& all, std::size_t count) {
+  std::vector<Outcome> outcomes(count);
+  for (const std::string& line : study::split(all, '\n')) {
+    for (const study::Json& entry : line.empty() ? study::Json::array() : study::Json::parse(line)) {
+      outcomes[entry["number"].get<std::size_t>()] = study::unpacked(entry);
+    }
+  }
+  return outcomes;
+}
+
+/// The exit code that a program ends with after such runs.
+int exit_code_of(const std::vector<Outcome>& outcomes) {
+  constexpr int kStoppedBySteps = 3;
+  int code = 0;
+  for (const Outcome& outcome : outcomes) {
+    if (outcome.state == "failed") {
+      return 1;
+    }
+    code = outcome.state != "finished" ? kStoppedBySteps : code;
+  }
+  return code;
+}
+
+/// Prints and writes what the runs come to. @return what went wrong
+std::string write_report(const study::Report& report, const std::string& directory) {
+  std::string failure = write_file(directory + "/study.csv", report.csv());
+  if (failure.empty()) {
+    failure = write_file(directory + "/study.json", report.json().dump(2) + "\n");
+  }
+  std::printf("%sudar-study: results in %s\n", report.tables().c_str(), directory.c_str());
+  std::fflush(stdout);
+  return failure;
+}
+
 int run_study(MPI_Comm comm) {
   const app::StopSignals signals;
   if (petsc::effective_options().empty()) {
@@ -258,13 +326,8 @@ int run_study(MPI_Comm comm) {
     throw InputError{"option -study_ranks: " + std::to_string(wishes.ranks) +
                      " is not allowed, expected a divisor of the " + std::to_string(ranks) + " ranks"};
   }
-  std::vector<Series> series = study::read_series(wishes.series);
+  std::vector<Series> series = read_series(wishes);
   std::vector<PlannedRun> runs = study::plan(series, wishes.request, wishes.directory);
-  if (wishes.reference.empty()) {
-    wishes.reference = series.front().name;
-  } else if (wishes.reference != "own" && std::ranges::find(series, wishes.reference, &Series::name) == series.end()) {
-    throw InputError{"option -study_reference: there is no series '" + wishes.reference + "'"};
-  }
   for (const char* key : kStudyKeys) {  // so that the options in each run's files are its own
     UDAR_CALL(PetscOptionsClearValue(nullptr, key));
   }
@@ -277,22 +340,8 @@ int run_study(MPI_Comm comm) {
                 static_cast<int>(wishes.ranks));
     std::fflush(stdout);
   }
-  study::Json own = study::Json::array();
   const auto dealt = study::deal(runs, groups);
-  for (const std::size_t number : dealt[static_cast<std::size_t>(group.index())]) {
-    if (group.stopped_by() != 0) {
-      break;
-    }
-    const double begin = MPI_Wtime();
-    const Outcome outcome = group.run(runs[number]);
-    if (group.first_rank()) {
-      own.push_back(study::packed(number, outcome));
-      std::printf("run %zu of %zu %s after %.3g s (%s)%s\n", number, runs.size(), outcome.state.c_str(),
-                  MPI_Wtime() - begin, describe(series[runs[number].series], runs[number]).c_str(),
-                  outcome.reason.empty() ? "" : (": " + outcome.reason).c_str());
-      std::fflush(stdout);
-    }
-  }
+  const study::Json own = run_dealt(group, dealt[static_cast<std::size_t>(group.index())], series, runs);
   wait_for_all(comm);
   if (groups > 1) {
     // mpirun passes on the lines of each rank when it gets round to it: the last must not fall into the tables.
@@ -303,25 +352,10 @@ int run_study(MPI_Comm comm) {
   std::array<int, 2> worst{group.stopped_by(), 0};
   std::string failure;
   if (petsc::Session::on_first_rank()) {
-    std::vector<Outcome> outcomes(runs.size());
-    for (const std::string& line : study::split(all, '\n')) {
-      for (const study::Json& entry : line.empty() ? study::Json::array() : study::Json::parse(line)) {
-        outcomes[entry["number"].get<std::size_t>()] = study::unpacked(entry);
-      }
-    }
-    for (const Outcome& outcome : outcomes) {
-      constexpr int kStoppedBySteps = 3;
-      worst[1] = outcome.state == "failed" || worst[1] == 1 ? 1
-                 : outcome.state != "finished"              ? kStoppedBySteps
-                                                            : worst[1];
-    }
-    const study::Report report{std::move(series), std::move(runs), std::move(outcomes), wishes.reference};
-    failure = write_file(wishes.directory + "/study.csv", report.csv());
-    if (failure.empty()) {
-      failure = write_file(wishes.directory + "/study.json", report.json().dump(2) + "\n");
-    }
-    std::printf("%sudar-study: results in %s\n", report.tables().c_str(), wishes.directory.c_str());
-    std::fflush(stdout);
+    std::vector<Outcome> outcomes = unpacked(all, runs.size());
+    worst[1] = exit_code_of(outcomes);
+    failure = write_report(study::Report{std::move(series), std::move(runs), std::move(outcomes), wishes.reference},
+                           wishes.directory);
   }
   throw_together<FileError>(comm, failure);
   MPI_Allreduce(MPI_IN_PLACE, worst.data(), 2, MPI_INT, MPI_MAX, comm);
