@@ -119,11 +119,9 @@ void ChainSolver::visit(std::size_t j, const FilterColumn* columns, const Beyond
   }
 }
 
-/// Along the joints and back, from a known state after the first node and known force and moment after the last.
-/// @return state after the last node, force and moment after the first
-/// @note With `Final`, the solution takes the place of target and kink, and the spans are told.
-template <std::size_t Width, bool Final>
-std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Boundary, Width>& known) {
+/// Along the joints from left to right. @return state after the last node
+template <std::size_t Width>
+std::array<ChainSolver::State, Width> ChainSolver::sweep_right(const std::array<Boundary, Width>& known) {
   JointState<Width>* const states = this->states<Width>();
   std::array<double, Width> w{};
   std::array<double, Width> t{};
@@ -159,12 +157,21 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Bou
       }
     }
   }
-  std::array<Boundary, Width> result{};
+  std::array<State, Width> after{};
+  for (std::size_t c = 0; c < Width; ++c) {
+    after[c] = {w[c], t[c]};
+  }
+  return after;
+}
+
+/// Back, after `sweep_right`. @return force and moment after the first node
+/// @note With `Final`, the solution takes the place of target and kink, and the spans are told.
+template <std::size_t Width, bool Final>
+std::array<ChainSolver::State, Width> ChainSolver::sweep_left(const std::array<Boundary, Width>& known) {
+  JointState<Width>* const states = this->states<Width>();
   std::array<double, Width> force{};
   std::array<double, Width> moment{};
   for (std::size_t c = 0; c < Width; ++c) {
-    result[c][0] = w[c];
-    result[c][1] = t[c];
     force[c] = known[c][2];
     moment[c] = known[c][3];
   }
@@ -210,9 +217,23 @@ std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Bou
       }
     }
   }
+  std::array<State, Width> first{};
   for (std::size_t c = 0; c < Width; ++c) {
-    result[c][2] = factor_.joints[0].starts ? 0.0 : force[c];
-    result[c][3] = factor_.joints[0].starts ? 0.0 : moment[c];
+    first[c] = {force[c], moment[c]};
+  }
+  return first;
+}
+
+/// Along the joints and back, from a known state after the first node and known force and moment after the last.
+/// @return state after the last node, force and moment after the first
+template <std::size_t Width, bool Final>
+std::array<ChainSolver::Boundary, Width> ChainSolver::sweep(const std::array<Boundary, Width>& known) {
+  const auto after = sweep_right<Width>(known);
+  const auto first = sweep_left<Width, Final>(known);
+  const bool starts = factor_.joints[0].starts;
+  std::array<Boundary, Width> result{};
+  for (std::size_t c = 0; c < Width; ++c) {
+    result[c] = {after[c][0], after[c][1], starts ? 0.0 : first[c][0], starts ? 0.0 : first[c][1]};
   }
   return result;
 }

@@ -256,60 +256,69 @@ UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std
   }
 }
 
-/// Inside M * W spans side by side.
+/// The recursion inside M * W spans side by side: from left to right, and back.
 template <std::size_t W, std::size_t M, Mode Given>
-UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std::size_t first, const Ends* told,
-                              double* scratch) {
+struct Recursion {
   using V = typename Pack<W>::Type;
-  constexpr bool kTarget = Given != Mode::displacement;
-  constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
-  constexpr std::size_t kWide = W * M;
-  const std::size_t inner = span.inner();
-  const std::size_t pitch = span.key().elements;
-  const Span::Units& units = span.units();
-  const Span::Gain* const gains = span.gains().data();
-  double* const innovations = scratch;
-  double* const targets = scratch + kWide * inner;
-  const auto left_joint = [&](std::size_t m, std::size_t lane) { return first + (m * W + lane) * pitch; };
+  using Rows = std::array<std::array<V, 2 * W>, M>;  // of W nodes, two numbers each
+  static constexpr bool kTarget = Given != Mode::displacement;
+  static constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
+  static constexpr std::size_t kWide = W * M;
 
+  const Span& span;
+  const FilterColumn& column;
+  std::size_t first;    // node: left joint of the first span
+  double* innovations;  // by inner node, then lane
+  double* targets;
   std::array<V, M> deflection;  // predicted
   std::array<V, M> rise;        // predicted rotation times h
   std::array<V, M> force;
   std::array<V, M> moment;
   std::array<V, M> last;  // displacement of the node ahead, and by how much it is above its left neighbour
   std::array<V, M> step;
-  for (std::size_t m = 0; m < M; ++m) {
-    for (std::size_t lane = 0; lane < W; ++lane) {
-      const Ends& ends = told[m * W + lane];
-      set<W>(rise[m], lane, ends[1] * span.key().length);
-      set<W>(deflection[m], lane, ends[0] + ends[1] * span.key().length);
-      set<W>(force[m], lane, ends[2] / units.stiffness);
-      set<W>(moment[m], lane, ends[3] / units.moment);
-      if constexpr (Given != Mode::system) {
-        const double* y = column.displacement + left_joint(m, lane);
-        set<W>(last[m], lane, y[1]);
-        set<W>(step[m], lane, y[1] - y[0]);
+
+  UDAR_INLINE Recursion(const Span& spans, const FilterColumn& of, std::size_t first_joint, const Ends* told,
+                        double* scratch)
+      : span{spans}, column{of}, first{first_joint}, innovations{scratch}, targets{scratch + kWide * spans.inner()} {
+    const Span::Units& units = span.units();
+    for (std::size_t m = 0; m < M; ++m) {
+      for (std::size_t lane = 0; lane < W; ++lane) {
+        const Ends& ends = told[m * W + lane];
+        set<W>(rise[m], lane, ends[1] * span.key().length);
+        set<W>(deflection[m], lane, ends[0] + ends[1] * span.key().length);
+        set<W>(force[m], lane, ends[2] / units.stiffness);
+        set<W>(moment[m], lane, ends[3] / units.moment);
+        if constexpr (Given != Mode::system) {
+          const double* y = column.displacement + left_joint(m, lane);
+          set<W>(last[m], lane, y[1]);
+          set<W>(step[m], lane, y[1] - y[0]);
+        }
       }
     }
   }
 
-  for (std::size_t i = 0; i < inner; i += W) {
-    std::array<std::array<V, 2 * W>, M> given;
+  UDAR_INLINE std::size_t left_joint(std::size_t m, std::size_t lane) const {
+    return first + (m * W + lane) * span.key().elements;
+  }
+
+  /// What is given at inner nodes i to i + W.
+  UDAR_INLINE void read(std::size_t i, Rows& given) const {
+    const std::size_t ahead = kWide * span.key().elements;
     for (std::size_t m = 0; m < M; ++m) {
       for (std::size_t lane = 0; lane < W; ++lane) {
         const std::size_t node = left_joint(m, lane) + 1 + i;
         if constexpr (Given == Mode::system) {
           load<W>(given[m][lane], column.right_hand_side + 2 * node);
           load<W>(given[m][W + lane], column.right_hand_side + 2 * node + W);
-          __builtin_prefetch(column.right_hand_side + 2 * (node + kWide * pitch));
-          __builtin_prefetch(column.right_hand_side + 2 * (node + kWide * pitch) + W);
+          __builtin_prefetch(column.right_hand_side + 2 * (node + ahead));
+          __builtin_prefetch(column.right_hand_side + 2 * (node + ahead) + W);
         } else {
           load<W>(given[m][lane], column.displacement + node + 1);
-          __builtin_prefetch(column.displacement + node + 1 + kWide * pitch);
+          __builtin_prefetch(column.displacement + node + 1 + ahead);
           if constexpr (kTarget) {
             if (column.force != nullptr) {
               load<W>(given[m][W + lane], column.force + node);
-              __builtin_prefetch(column.force + node + kWide * pitch);
+              __builtin_prefetch(column.force + node + ahead);
             } else {
               given[m][W + lane] = V{};
             }
@@ -321,11 +330,15 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
         transpose<W>(given[m].data() + W);
       }
     }
+  }
+
+  /// From left to right through these nodes.
+  UDAR_INLINE void predict(std::size_t i, const Rows& given) {
+    const Span::Units& units = span.units();
     for (std::size_t k = 0; k < W; ++k) {
-      const std::size_t at = i + k;
-      const Span::Gain gain = gains[at];
+      const std::size_t at = (i + k) * kWide;
+      const Span::Gain gain = span.gains().data()[i + k];
       for (std::size_t m = 0; m < M; ++m) {
-        double* const keep = innovations + at * kWide + m * W;
         V ahead = rise[m];
         V target;
         if constexpr (Given == Mode::system) {
@@ -342,12 +355,12 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
         }
         if constexpr (kTarget) {
           const V innovation = target - deflection[m];
-          store<W>(keep, innovation);
-          store<W>(targets + at * kWide + m * W, target);
+          store<W>(innovations + at + m * W, innovation);
+          store<W>(targets + at + m * W, target);
           rise[m] = ahead + gain.turn * innovation;
           deflection[m] = gain.keep * deflection[m] + (ahead + gain.forecast * target);
         } else {
-          store<W>(keep, deflection[m]);
+          store<W>(innovations + at + m * W, deflection[m]);
           rise[m] = ahead - gain.turn * deflection[m];
           deflection[m] = gain.keep * deflection[m] + ahead;
         }
@@ -355,19 +368,19 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
     }
   }
 
-  for (std::size_t done = 0; done < inner; done += W) {
-    const std::size_t i = inner - done - W;
-    std::array<std::array<V, 2 * W>, M> found;
+  /// Back through these nodes.
+  UDAR_INLINE void smooth(std::size_t i, Rows& found) {
+    const Span::Units& units = span.units();
     for (std::size_t k = W; k-- > 0;) {
-      const std::size_t at = i + k;
-      const Span::Gain gain = gains[at];
+      const std::size_t at = (i + k) * kWide;
+      const Span::Gain gain = span.gains().data()[i + k];
       for (std::size_t m = 0; m < M; ++m) {
         V innovation;
-        load<W>(innovation, innovations + at * kWide + m * W);
+        load<W>(innovation, innovations + at + m * W);
         moment[m] += force[m];
         if constexpr (kTarget) {
           V target;
-          load<W>(target, targets + at * kWide + m * W);
+          load<W>(target, targets + at + m * W);
           const V spring = gain.release * innovation - gain.deflect * force[m] - gain.turn * moment[m];
           force[m] += spring;
           if constexpr (Given == Mode::system) {
@@ -385,6 +398,10 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
         }
       }
     }
+  }
+
+  UDAR_INLINE void write(std::size_t i, Rows& found) const {
+    const std::size_t ahead = kWide * span.key().elements;
     for (std::size_t m = 0; m < M; ++m) {
       transpose<W>(found[m].data());
       if constexpr (kMoment) {
@@ -395,8 +412,8 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
         if constexpr (Given == Mode::system) {
           store<W>(column.unknowns + 2 * node, found[m][lane]);
           store<W>(column.unknowns + 2 * node + W, found[m][W + lane]);
-          __builtin_prefetch(column.unknowns + 2 * (node + kWide * pitch), 1);
-          __builtin_prefetch(column.unknowns + 2 * (node + kWide * pitch) + W, 1);
+          __builtin_prefetch(column.unknowns + 2 * (node + ahead), 1);
+          __builtin_prefetch(column.unknowns + 2 * (node + ahead) + W, 1);
         } else {
           store<W>(column.stretch + node, found[m][lane]);
           if constexpr (kMoment) {
@@ -405,6 +422,25 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
         }
       }
     }
+  }
+};
+
+/// Inside M * W spans side by side.
+template <std::size_t W, std::size_t M, Mode Given>
+UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std::size_t first, const Ends* told,
+                              double* scratch) {
+  using Lanes = Recursion<W, M, Given>;
+  const std::size_t inner = span.inner();
+  Lanes lanes{span, column, first, told, scratch};
+  for (std::size_t i = 0; i < inner; i += W) {
+    typename Lanes::Rows given;
+    lanes.read(i, given);
+    lanes.predict(i, given);
+  }
+  for (std::size_t done = 0; done < inner; done += W) {
+    typename Lanes::Rows found;
+    lanes.smooth(inner - done - W, found);
+    lanes.write(inner - done - W, found);
   }
 }
 

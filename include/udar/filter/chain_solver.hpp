@@ -56,6 +56,8 @@ class ChainSolver final : public ColumnSolver {
   struct JointState;
   /// State (w, theta) after a rank's first node, force and moment after the next rank's first node; SI.
   using Boundary = std::array<double, 4>;
+  /// One half of it.
+  using State = std::array<double, 2>;
 
   template <std::size_t Width>
   [[nodiscard]] JointState<Width>* states() {
@@ -70,6 +72,10 @@ class ChainSolver final : public ColumnSolver {
   void walk(std::size_t joints, const Treat& treat, const Visit& visit) const;
   template <std::size_t Width>
   void visit(std::size_t j, const FilterColumn* columns, const Beyond<Width>& beyond);
+  template <std::size_t Width>
+  std::array<State, Width> sweep_right(const std::array<Boundary, Width>& known);
+  template <std::size_t Width, bool Final>
+  std::array<State, Width> sweep_left(const std::array<Boundary, Width>& known);
   template <std::size_t Width, bool Final>
   std::array<Boundary, Width> sweep(const std::array<Boundary, Width>& known);
   template <std::size_t Width>
