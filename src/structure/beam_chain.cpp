@@ -201,10 +201,10 @@ double BeamChain::mass_between(double from, double to) const {
   return sum;
 }
 
-void BeamChain::cut_masses() {
-  const std::vector<MassPatch>& patches = parameters_.mass_patches;
+/// Where what weighs on the axis is cut, from its start to its end, ascending.
+std::vector<double> BeamChain::edges_of_patches() const {
   std::vector<double> edges{0.0};
-  for (const MassPatch& patch : patches) {
+  for (const MassPatch& patch : parameters_.mass_patches) {
     require(patch.from < patch.to, "a mass patch must have a width > 0 [m]");
     edges.push_back(std::clamp(patch.from, 0.0, length()));
     edges.push_back(std::clamp(patch.to, 0.0, length()));
@@ -218,6 +218,11 @@ void BeamChain::cut_masses() {
   if (same(edges.back(), length())) {
     edges.back() = length();
   }
+  return edges;
+}
+
+void BeamChain::cut_masses() {
+  const std::vector<double> edges = edges_of_patches();
   if (edges.size() < 3) {
     return;  // nothing is cut
   }
@@ -225,7 +230,7 @@ void BeamChain::cut_masses() {
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     const double middle = 0.5 * (edges[i] + edges[i + 1]);
     patches_over.push_back(std::ranges::count_if(
-        patches, [&](const MassPatch& patch) { return patch.from < middle && middle < patch.to; }));
+        parameters_.mass_patches, [&](const MassPatch& patch) { return patch.from < middle && middle < patch.to; }));
     pieces_.push_back({.from = edges[i],
                        .to = edges[i + 1],
                        .nodes = nodes_inside(edges[i], edges[i + 1]),
@@ -241,10 +246,24 @@ void BeamChain::cut_masses() {
       }
     }
   }
-  // A patch narrower than the mesh takes the nearest node, whose other neighbours take what it carried beside.
-  const auto empty = [](const MassPiece& piece) { return piece.nodes.first > piece.nodes.last; };
+  give_nodes_to_narrow_patches();
+  refuse_pieces_without_mass();
+  for (const MassPatch& patch : parameters_.mass_patches) {
+    NodeRange nodes{.first = 0, .last = -1};
+    for (const MassPiece& piece : pieces_) {
+      const double middle = 0.5 * (piece.from + piece.to);
+      if (patch.from < middle && middle < patch.to) {
+        nodes = {.first = nodes.last < 0 ? piece.nodes.first : nodes.first, .last = piece.nodes.last};
+      }
+    }
+    patch_nodes_.push_back(nodes);
+  }
+}
+
+/// A patch narrower than the mesh takes the nearest node, whose other neighbours take what it carried beside.
+void BeamChain::give_nodes_to_narrow_patches() {
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    if (pieces_[i].patch && empty(pieces_[i])) {
+    if (pieces_[i].patch && pieces_[i].empty()) {
       const PetscInt node = nearest_node(0.5 * (pieces_[i].from + pieces_[i].to));
       if (i > 0 && pieces_[i - 1].nodes.last == node) {
         --pieces_[i - 1].nodes.last;
@@ -255,8 +274,12 @@ void BeamChain::cut_masses() {
       }
     }
   }
+}
+
+/// @throws InputError if a piece has no node, or a node no mass
+void BeamChain::refuse_pieces_without_mass() const {
   for (const MassPiece& piece : pieces_) {
-    if (empty(piece)) {
+    if (piece.empty()) {
       const double space = piece.to - piece.from;
       const double middle = 0.5 * (piece.from + piece.to);
       const auto after = std::ranges::upper_bound(first_position_.begin() + 1, first_position_.end() - 1, middle);
@@ -278,16 +301,6 @@ void BeamChain::cut_masses() {
         throw InputError{message.str()};
       }
     }
-  }
-  for (const MassPatch& patch : patches) {
-    NodeRange nodes{.first = 0, .last = -1};
-    for (const MassPiece& piece : pieces_) {
-      const double middle = 0.5 * (piece.from + piece.to);
-      if (patch.from < middle && middle < patch.to) {
-        nodes = {.first = nodes.last < 0 ? piece.nodes.first : nodes.first, .last = piece.nodes.last};
-      }
-    }
-    patch_nodes_.push_back(nodes);
   }
 }
 

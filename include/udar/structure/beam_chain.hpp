@@ -187,8 +187,12 @@ class BeamChain final : public Structure {
     double to;
     NodeRange nodes;
     bool patch;  // lies in one
+    [[nodiscard]] bool empty() const { return nodes.first > nodes.last; }
   };
+  [[nodiscard]] std::vector<double> edges_of_patches() const;
   void cut_masses();
+  void give_nodes_to_narrow_patches();
+  void refuse_pieces_without_mass() const;
   [[nodiscard]] NodeRange nodes_inside(double from, double to) const;
   [[nodiscard]] double mass_between(double from, double to) const;
 
