@@ -5,38 +5,21 @@
 #include <petsctao.h>
 
 #include <cstddef>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "udar/contact/support.hpp"
+#include "udar/contact/contact_compliance.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/petsc/handle.hpp"
 
 namespace udar {
 
-/// @brief A node of the line and a support that may hold it.
-struct LinePoint {
-  PetscInt node = 0;                                      ///< global
-  PetscInt support = 0;                                   ///< index
-  double side = 1.0;                                      ///< +1 support below, -1 above: gap = side (y - height)
-  double height = 0.0;                                    ///< of its face, without its motion and without a force [m]
-  std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
-  double compliance = 0.0;                                ///< of its spring, by which the face gives way [m/N]
-
-  /// What its motion adds just after a time [s].
-  [[nodiscard]] SupportMotion::State lift(double time) const {
-    return motion ? motion->at(time) : SupportMotion::State{};
-  }
-};
-
 /// @brief 0 <= r, 0 <= q + W r, r' (q + W r) = 0 with the compliance W of the line between contact nodes never formed.
 ///
 /// Supports on springs have theirs on the diagonal of W; q + W r then is the distance from a face that gives way.
 /// It is the quadratic program min r'W r / 2 + q'r, r >= 0, and goes to TAO's interior point method (`TAOBQPIP`), which
-/// asks for products with W, a line solve each, and for solves with W plus a diagonal D. Those are line solves, too,
-/// with a spring of stiffness 1 / D beside that of the filter at each contact node. Every solve starts from the same
+/// asks for products with W and solves with W plus a diagonal: `ContactCompliance`. Every solve starts from the same
 /// point: what comes out depends on q alone. Source: docs/theory.md, "Contact on the line"
 /// @note Options: `-contact_tao_monitor`, `-contact_tao_max_it`, ... (prefix `contact_`).
 class ObstacleForces {
@@ -61,31 +44,13 @@ class ObstacleForces {
   struct Callbacks;
 
   void create_optimizer();
-  void compliance(std::span<const double> force, std::span<double> gap);
-  [[nodiscard]] double beside(std::size_t point) const;
-  void factor();
-  void solve_shifted(std::span<const double> right, std::span<double> solution);
   void test_convergence();
   [[nodiscard]] std::string check(std::span<const double> asked, std::span<double> force);
 
-  FilteredStructure* line_;
-  std::vector<PetscInt> node_;  // of each point, local
-  std::vector<double> side_;
-  std::vector<double> yield_;              // compliance of the support, per unit of force
-  std::vector<std::size_t> by_node_;       // points in the order of their nodes
-  std::unique_ptr<ColumnSolver> free_;     // the filter's springs alone
-  std::unique_ptr<ColumnSolver> shifted_;  // springs 1 / D
-  double force_unit_ = 1.0;                // [N]; of gaps one metre
-  double force_bound_ = 1.0;
-  double unit_ = 1.0;  // largest penetration of the line without contact [m]
+  ContactCompliance line_;
+  double force_bound_;  // in units
+  double unit_ = 1.0;   // largest penetration of the line without contact [m]
   std::vector<double> q_;
-  std::vector<double> diagonal_;
-  std::vector<double> factored_;
-  std::vector<double> spring_;
-  std::vector<double> zero_;    // work, by node
-  std::vector<double> load_;    // work, by node
-  std::vector<double> target_;  // work, by node
-  std::vector<double> stretch_;
   std::vector<double> gap_;
   petsc::Matrix hessian_;
   petsc::Vector unknowns_;
