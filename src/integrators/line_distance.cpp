@@ -37,7 +37,7 @@ double LineDistance::lowest_of_block(const ContactSet& set, std::size_t first, s
   const double* heights = set.profile.empty() ? nullptr : set.profile.data() + (first - set.first);
   BlockRows rows = sweep_->rows(first);
   std::vector<double> line;
-  if (!sweep_->corrected.empty()) {
+  if (!sweep_->series.corrected.empty()) {
     line.resize(sweep_->terms * kBlock);
     for (std::size_t j = 0; j < sweep_->terms; ++j) {
       rows.line[j] = line.data() + j * kBlock;

@@ -84,9 +84,9 @@ void LineForces::apply() {
       terms,
       [&](std::size_t point, std::size_t j) {
         const std::size_t node = contact_->local(point);
-        const bool steady = j < 2 && !sweep_->steady[j].empty();
-        return sweep_->line_rows[j][node] + sweep_->moment(j, node) + (steady ? sweep_->steady[j][node] : 0.0) +
-               (j == 0 ? sweep_->start[node] : 0.0);
+        const bool steady = j < 2 && !sweep_->series.steady[j].empty();
+        return sweep_->series.rows[j][node] + sweep_->moment(j, node) +
+               (steady ? sweep_->series.steady[j][node] : 0.0) + (j == 0 ? sweep_->start[node] : 0.0);
       },
       free_gap_);
   for (std::size_t i = 0; i < count; ++i) {
@@ -126,7 +126,7 @@ void LineForces::apply() {
 
   std::array<double*, kMostTerms> line{};
   for (std::size_t j = 0; j < terms; ++j) {
-    line[j] = sweep_->line_rows[j].data();
+    line[j] = sweep_->series.rows[j].data();
   }
   contact_->add(force_, {line.data(), terms}, {});
 }

@@ -6,11 +6,11 @@ void Sweep::find_rates() {
   std::array<double, kMostTerms> place{};
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < terms; ++j) {
-      place[j] = moment(j, i) + line_rows[j][i];
+      place[j] = moment(j, i) + series.rows[j][i];
     }
-    const double last = moment(terms, i) + end_stretch[i];
+    const double last = moment(terms, i) + series.end_stretch[i];
     for (std::size_t j = 0; j < terms; ++j) {
-      rate_rows[j][i] = rate_term(j, place, last) / step;
+      series.rates[j][i] = rate_term(j, place, last) / step;
     }
   }
 }
@@ -18,11 +18,12 @@ void Sweep::find_rates() {
 void Sweep::find_drive(bool solved) {
   for (std::size_t j = 0; j < terms; ++j) {
     for (std::size_t i = 0; i < count && solved; ++i) {
-      const bool forced = j < steady.size() && !steady[j].empty();
-      line_rows[j][i] += moment(j, i) + (forced ? steady[j][i] : 0.0) + (j == 0 ? start_stretch[i] : 0.0);
+      const bool forced = j < series.steady.size() && !series.steady[j].empty();
+      series.rows[j][i] +=
+          moment(j, i) + (forced ? series.steady[j][i] : 0.0) + (j == 0 ? series.start_stretch[i] : 0.0);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      drive_rows[j][i] = line_rows[j][i] + line_damping * rate_rows[j][i];
+      series.drives[j][i] = series.rows[j][i] + line_damping * series.rates[j][i];
     }
   }
 }

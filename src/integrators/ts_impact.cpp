@@ -226,17 +226,16 @@ class Impact final : public ProblemIntegrator {
       sweep_.moment_rows[j].assign(count_, 0.0);
     }
     for (std::size_t j = 0; j < sweep_.terms; ++j) {
-      sweep_.line_rows[j].assign(count_, 0.0);
-      sweep_.rate_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
-      sweep_.drive_rows[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+      sweep_.series.rows[j].assign(count_, 0.0);
+      sweep_.series.rates[j].assign(damps_by_rate() ? count_ : 0, 0.0);
+      sweep_.series.drives[j].assign(damps_by_rate() ? count_ : 0, 0.0);
     }
-    sweep_.start_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
-    sweep_.end_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
-    sweep_.steady[0].assign(count_, 0.0);
-    sweep_.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
-    sweep_.corrected = equations_->line().corrected_modes();
-    sweep_.amplitude.resize(sweep_.corrected.size());
-    sweep_.all_free.fill(1.0);
+    sweep_.series.start_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
+    sweep_.series.end_stretch.assign(damps_by_rate() ? count_ : 0, 0.0);
+    sweep_.series.steady[0].assign(count_, 0.0);
+    sweep_.series.steady[1].assign(equations_->loads().time_dependent() ? count_ : 0, 0.0);
+    sweep_.series.corrected = equations_->line().corrected_modes();
+    sweep_.series.amplitude.resize(sweep_.series.corrected.size());
     sweep_.count = count_;
     sweep_.frequency = wf_;
     sweep_.start = start_;
@@ -283,7 +282,7 @@ class Impact final : public ProblemIntegrator {
         double rate = 0.0;
         for (std::size_t j = 0; j < sweep_.terms; ++j) {
           speed += map.speed[j] / length_ * sweep_.drive(j)[i];
-          rate += damps_by_rate() ? legendre[j] * sweep_.rate_rows[j][i] : 0.0;
+          rate += damps_by_rate() ? legendre[j] * sweep_.series.rates[j][i] : 0.0;
         }
         return sweep_.mass[i] * speed * (sweep_.drag * speed + sweep_.line_drag() * (speed - rate));
       };

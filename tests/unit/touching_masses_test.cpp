@@ -50,12 +50,11 @@ struct FlatStep {
     sweep.end = end.data();
     sweep.axis = axis;
     sweep.mass = mass;
-    sweep.all_free.fill(1.0);
     for (std::size_t j = 0; j < sweep.terms; ++j) {
       sweep.moment_rows[j].assign(sweep.count, 0.0);
-      sweep.line_rows[j].assign(sweep.count, 0.0);
+      sweep.series.rows[j].assign(sweep.count, 0.0);
     }
-    sweep.steady[0].assign(sweep.count, 0.0);
+    sweep.series.steady[0].assign(sweep.count, 0.0);
     sweep.map = dense_map(sweep.scale(), sweep.terms);
     sweep.reach = response_bounds(sweep.scale(), sweep.terms);
   }

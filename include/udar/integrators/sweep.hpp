@@ -16,6 +16,30 @@ namespace udar {
 
 /// Nodes that are treated together, their values in cache.
 inline constexpr std::size_t kBlock = 512;
+/// Rows of a block that are the same everywhere.
+inline constexpr std::array<double, kBlock> kZeros{};
+inline constexpr std::array<double, kBlock> kOnes = [] {
+  std::array<double, kBlock> ones{};
+  ones.fill(1.0);
+  return ones;
+}();
+
+/// @brief The motion of the line over a step, as far as the masses and what drives them go: Legendre coefficients, by
+/// node.
+struct LineSeries {
+  std::array<std::vector<double>, kMostTerms> rows;  ///< of the line from Ym at the start [m]
+  /// What forces add to the first two of these [m]; the second may be empty.
+  std::array<std::vector<double>, 2> steady;
+  /// @name With line damping alone.
+  /// @{
+  std::array<std::vector<double>, kMostTerms> rates;   ///< of the line's answer to the masses' velocities [m/s]
+  std::array<std::vector<double>, kMostTerms> drives;  ///< of the line and line_damping times that [m]
+  std::vector<double> start_stretch;                   ///< what the places at the start give the line [m]: part of it
+  std::vector<double> end_stretch;                     ///< what the displacements at the end add
+  /// @}
+  std::span<const CorrectedMode> corrected;
+  std::vector<std::array<double, kMostTerms>> amplitude;  ///< of the stretch in these
+};
 
 /// @brief The attempt at a step at hand: this rank's masses at its start and end, and the motion of masses and line
 /// over it.
@@ -27,7 +51,7 @@ struct Sweep {
   double step = 0.0;              ///< [s]
   double drag = 0.0;              ///< -drag Ym' on every mass, over it [1/s]
   double line_damping = 0.0;      ///< line_damping wf^2 d(Ym') on every mass, over it [s]
-  bool predict = false;           ///< `line` is a guess, not what the line was solved for
+  bool predict = false;           ///< `series` is a guess, not what the line was solved for
   const double* start = nullptr;  ///< Ym [m], then Vm [m/s]
   double* end = nullptr;          ///< the same after the step
   std::span<const double> axis;   ///< height of the reference axis [m]
@@ -37,36 +61,25 @@ struct Sweep {
   /// Legendre coefficients of Ym - axis [m]; with line damping of Ym less its start, since rates must not suffer from
   /// the rounding of places, and one more: its value at the end.
   std::array<std::vector<double>, kMostUnknowns> moment_rows;
-  std::array<std::vector<double>, kMostTerms> line_rows;  ///< of the line from Ym at the start [m]
-  /// @name With line damping alone.
-  /// @{
-  std::array<std::vector<double>, kMostTerms> rate_rows;   ///< of the line's answer to the masses' velocities [m/s]
-  std::array<std::vector<double>, kMostTerms> drive_rows;  ///< of the line and line_damping times that [m]
-  std::vector<double> start_stretch;  ///< what the places at the start give the line [m]: part of it
-  std::vector<double> end_stretch;    ///< what the displacements at the end add
-  /// @}
-  std::array<std::vector<double>, 2> steady;  ///< what forces add to the first two of these; the second may be empty
-  std::span<const CorrectedMode> corrected;
-  std::vector<std::array<double, kMostTerms>> amplitude;  ///< of the stretch in these, Legendre coefficients
-  std::array<double, kBlock> nothing{};
-  std::array<double, kBlock> all_free{};  ///< ones
+  LineSeries series;
 
   /// The values of a block; all of its masses are free.
   [[nodiscard]] BlockRows rows(std::size_t from) {
     BlockRows rows{};
     for (std::size_t j = 0; j < terms; ++j) {
-      rows.line[j] = line_rows[j].data() + from;
+      rows.line[j] = series.rows[j].data() + from;
       rows.drive[j] = drive(j).data() + from;
     }
     for (std::size_t j = 0; j < unknowns(); ++j) {
       rows.moment[j] = moment_rows[j].data() + from;
     }
     rows.damped = line_damping != 0.0;
-    rows.steady = {steady[0].data() + from, steady[1].empty() ? nothing.data() : steady[1].data() + from};
+    rows.steady = {series.steady[0].data() + from,
+                   series.steady[1].empty() ? kZeros.data() : series.steady[1].data() + from};
     rows.position = start + from;
     rows.axis = line_damping != 0.0 ? start + from : axis.data() + from;
     rows.velocity = start + count + from;
-    rows.free = all_free.data();
+    rows.free = kOnes.data();
     rows.place = end + from;
     rows.speed = end + count + from;
     return rows;
@@ -97,7 +110,7 @@ struct Sweep {
   void find_drive(bool solved);
   /// Legendre coefficient of what drives the masses, by node.
   [[nodiscard]] const std::vector<double>& drive(std::size_t j) const {
-    return line_damping != 0.0 ? drive_rows[j] : line_rows[j];
+    return line_damping != 0.0 ? series.drives[j] : series.rows[j];
   }
   /// What drives the mass of a node, in powers of tau, from Ym at the start [m].
   [[nodiscard]] std::array<double, kMostTerms> drive_powers(std::size_t node) const {
@@ -106,13 +119,13 @@ struct Sweep {
   /// What of it comes from the line's rate, as acceleration [m per step^2].
   [[nodiscard]] std::array<double, kMostTerms> turn_powers(std::size_t node) const {
     const double scale = line_drag() * step * step;
-    return powers([&](std::size_t j) { return line_damping != 0.0 ? scale * rate_rows[j][node] : 0.0; });
+    return powers([&](std::size_t j) { return line_damping != 0.0 ? scale * series.rates[j][node] : 0.0; });
   }
   /// Legendre coefficient of where the line is: what pulls the masses, less its part in corrected modes [m].
   [[nodiscard]] double line(std::size_t j, std::size_t node) const {
-    double value = line_rows[j][node];
-    for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
-      value -= amplitude[mode][j] * corrected[mode].shape[node];
+    double value = series.rows[j][node];
+    for (std::size_t mode = 0; mode < series.corrected.size(); ++mode) {
+      value -= series.amplitude[mode][j] * series.corrected[mode].shape[node];
     }
     return value;
   }

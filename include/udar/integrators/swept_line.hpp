@@ -52,8 +52,8 @@ class SweptLine {
   Equations* equations_;
   Sweep* sweep_;
   bool steady_known_ = false;
-  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as Sweep::amplitude
-  std::vector<double> start_amplitude_;                           // of `Sweep::start_stretch`
+  std::vector<std::array<double, kMostTerms>> steady_amplitude_;  // of what forces add, as LineSeries::amplitude
+  std::vector<double> start_amplitude_;                           // of `LineSeries::start_stretch`
   std::vector<double> work_;
   double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]
   bool from_end_ = true;          // the next step starts at its end, not at its start
