@@ -5,6 +5,7 @@
 
 #include "udar/filter/chain_solver.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/shell_matrix.hpp"
 
 namespace udar {
 
@@ -128,11 +129,8 @@ void BlockLine::each_entry(const Add& add) const {
 void BlockLine::create_operator() {
   const BeamChain& beam = *beam_;
   const auto size = 2 * beam.local_nodes();
-  UDAR_CALL(MatCreateShell(beam.comm(), size, size, 2 * beam.nodes(), 2 * beam.nodes(), this, operator_.put()));
+  operator_ = petsc::symmetric_shell<&BlockLine::multiply>(beam.comm(), size, 2 * beam.nodes(), *this);
   UDAR_CALL(PetscObjectSetName(reinterpret_cast<PetscObject>(static_cast<Mat>(operator_)), "filtered_line"));
-  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT, reinterpret_cast<void (*)()>(multiply_callback)));
-  UDAR_CALL(MatShellSetOperation(operator_, MATOP_MULT_TRANSPOSE, reinterpret_cast<void (*)()>(multiply_callback)));
-  UDAR_CALL(MatSetOption(operator_, MAT_SYMMETRIC, PETSC_TRUE));
   if (line() != nullptr) {
     compose_line(operator_, line_);
   }
@@ -166,21 +164,6 @@ Mat BlockLine::matrix() {
     compose_line(matrix_, line_);
   }
   return matrix_;
-}
-
-PetscErrorCode BlockLine::multiply_callback(Mat matrix, Vec unknowns, Vec product) {
-  PetscFunctionBeginUser;
-  BlockLine* self = nullptr;
-  const double* from = nullptr;
-  double* to = nullptr;
-  PetscCall(MatShellGetContext(matrix, static_cast<void*>(&self)));
-  PetscCall(VecGetArrayRead(unknowns, &from));
-  PetscCall(VecGetArray(product, &to));
-  const std::size_t size = 2 * self->mass_.size();
-  self->multiply({from, size}, {to, size});
-  PetscCall(VecRestoreArray(product, &to));
-  PetscCall(VecRestoreArrayRead(unknowns, &from));
-  PetscFunctionReturn(0);
 }
 
 double BlockLine::norm() const {

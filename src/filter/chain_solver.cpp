@@ -268,7 +268,7 @@ void ChainSolver::write(std::size_t j, const FilterColumn* columns) {
 template <class Treat, class Visit>
 void ChainSolver::walk(std::size_t joints, const Treat& treat, const Visit& visit) const {
   auto row = factor_.rows_of_spans.begin();
-  std::size_t done = 0;  // blocks of all runs
+  std::size_t done = 0;  // blocks of all rows
   for (std::size_t j = 0; j < joints; ++j) {
     if (factor_.joints[j].block >= 0 && static_cast<std::size_t>(factor_.joints[j].block) == done) {
       const std::size_t blocks = std::min(kChunk, row->block + row->blocks - done);

@@ -260,7 +260,7 @@ UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std
 template <std::size_t W, std::size_t M, Mode Given>
 struct Recursion {
   using V = typename Pack<W>::Type;
-  using Rows = std::array<std::array<V, 2 * W>, M>;  // of W nodes, two numbers each
+  using NodeBlock = std::array<std::array<V, 2 * W>, M>;  // of W nodes, two numbers each
   static constexpr bool kTarget = Given != Mode::displacement;
   static constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
   static constexpr std::size_t kWide = W * M;
@@ -302,7 +302,7 @@ struct Recursion {
   }
 
   /// What is given at inner nodes i to i + W.
-  UDAR_INLINE void read(std::size_t i, Rows& given) const {
+  UDAR_INLINE void read(std::size_t i, NodeBlock& given) const {
     const std::size_t ahead = kWide * span.key().elements;
     for (std::size_t m = 0; m < M; ++m) {
       for (std::size_t lane = 0; lane < W; ++lane) {
@@ -333,7 +333,7 @@ struct Recursion {
   }
 
   /// From left to right through these nodes.
-  UDAR_INLINE void predict(std::size_t i, const Rows& given) {
+  UDAR_INLINE void predict(std::size_t i, const NodeBlock& given) {
     const Span::Units& units = span.units();
     for (std::size_t k = 0; k < W; ++k) {
       const std::size_t at = (i + k) * kWide;
@@ -369,7 +369,7 @@ struct Recursion {
   }
 
   /// Back through these nodes.
-  UDAR_INLINE void smooth(std::size_t i, Rows& found) {
+  UDAR_INLINE void smooth(std::size_t i, NodeBlock& found) {
     const Span::Units& units = span.units();
     for (std::size_t k = W; k-- > 0;) {
       const std::size_t at = (i + k) * kWide;
@@ -400,7 +400,7 @@ struct Recursion {
     }
   }
 
-  UDAR_INLINE void write(std::size_t i, Rows& found) const {
+  UDAR_INLINE void write(std::size_t i, NodeBlock& found) const {
     const std::size_t ahead = kWide * span.key().elements;
     for (std::size_t m = 0; m < M; ++m) {
       transpose<W>(found[m].data());
@@ -433,12 +433,12 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
   const std::size_t inner = span.inner();
   Lanes lanes{span, column, first, told, scratch};
   for (std::size_t i = 0; i < inner; i += W) {
-    typename Lanes::Rows given;
+    typename Lanes::NodeBlock given;
     lanes.read(i, given);
     lanes.predict(i, given);
   }
   for (std::size_t done = 0; done < inner; done += W) {
-    typename Lanes::Rows found;
+    typename Lanes::NodeBlock found;
     lanes.smooth(inner - done - W, found);
     lanes.write(inner - done - W, found);
   }
@@ -449,10 +449,10 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
 template <std::size_t W, Mode Given>
 UDAR_INLINE void condense_all(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks,
                               Ends* shown, bool from_memory) {
-  constexpr std::size_t kTogether = 4;
+  constexpr std::size_t kSpansAtOnce = 4;
   std::size_t done = 0;
-  for (; !from_memory && done + kTogether <= blocks; done += kTogether) {
-    condense_some<W, kTogether, Given>(span, column, first + done * span.key().elements, shown + done);
+  for (; !from_memory && done + kSpansAtOnce <= blocks; done += kSpansAtOnce) {
+    condense_some<W, kSpansAtOnce, Given>(span, column, first + done * span.key().elements, shown + done);
   }
   for (; done < blocks; ++done) {
     condense_some<W, 1, Given>(span, column, first + done * span.key().elements, shown + done);

@@ -11,6 +11,7 @@
 
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/shell_matrix.hpp"
 
 namespace udar {
 namespace {
@@ -25,7 +26,7 @@ struct FilterShare {
 
   explicit FilterShare(FilteredStructure& filtered)
       : line{&filtered}, displacement(filtered.mass().size()), stretch(filtered.mass().size()) {}
-  void apply(const double* x, double* y) {
+  void multiply(std::span<const double> x, std::span<double> y) {
     const auto mass = line->mass();
     for (std::size_t i = 0; i < mass.size(); ++i) {
       displacement[i] = x[i] / std::sqrt(mass[i]);
@@ -37,22 +38,8 @@ struct FilterShare {
   }
 };
 
-PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
-  PetscFunctionBeginUser;
-  FilterShare* context = nullptr;
-  const double* from = nullptr;
-  double* to = nullptr;
-  PetscCall(MatShellGetContext(matrix, static_cast<void*>(&context)));
-  PetscCall(VecGetArrayRead(x, &from));
-  PetscCall(VecGetArray(y, &to));
-  PetscCall(petsc::guarded([&] { context->apply(from, to); }));
-  PetscCall(VecRestoreArray(y, &to));
-  PetscCall(VecRestoreArrayRead(x, &from));
-  PetscFunctionReturn(0);
-}
-
 /// What to ask SLEPc for.
-struct Wanted {
+struct EigenQuery {
   PetscInt count = 1;
   EPSWhich end = EPS_SMALLEST_REAL;
   double tolerance = 1e-10;
@@ -60,18 +47,16 @@ struct Wanted {
 };
 
 /// Eigenvalues from the end asked for on, as many as have converged, and with `shapes` their vectors.
-std::vector<double> eigenvalues(FilteredStructure& line, const Wanted& wanted,
+std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wanted,
                                 std::vector<std::vector<double>>* shapes) {
   const MassPoints& points = line.points();
   const auto local = static_cast<PetscInt>(points.coordinates());
   const PetscInt total = points.components() * points.total();
   FilterShare context{line};
-  petsc::Matrix shell;
-  UDAR_CALL(MatCreateShell(points.comm(), local, local, total, total, &context, shell.put()));
-  UDAR_CALL(MatShellSetOperation(shell, MATOP_MULT, reinterpret_cast<void (*)()>(multiply)));
+  const petsc::Matrix shell = petsc::symmetric_shell<&FilterShare::multiply>(points.comm(), local, total, context);
   petsc::Vector vector;
   UDAR_CALL(MatCreateVecs(shell, vector.put(), nullptr));
-  // A start that has something of every mode and does not depend on the ranks. Not where the line is held: the mass
+  // A start that has something of every mode and does not depend on the ranks. Not where the line is fixed: the mass
   // there has a motion of its own.
   double* start = nullptr;
   UDAR_CALL(VecGetArrayWrite(vector, &start));
@@ -131,9 +116,9 @@ double largest_ratio(const Structure& structure) {
   return largest;
 }
 
-std::vector<Mode> modes_of(FilteredStructure& line, Wanted wanted, bool with_shapes) {
+std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with_shapes) {
   // A mode this slow compared with wf is a rigid motion seen through round-off, which assembled matrices have more of;
-  // a value as close to one is the mass where the line is held.
+  // a value as close to one is the mass where the line is fixed.
   constexpr double kRigid = 1e-12;
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   double rigid = kRigid;

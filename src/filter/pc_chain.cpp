@@ -1,5 +1,6 @@
 #include "udar/filter/pc_chain.hpp"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
@@ -29,8 +30,9 @@ class ChainPreconditioner final : public petsc::Preconditioner {
     UDAR_CALL(PCGetOptionsPrefix(pc, &prefix));
     UDAR_CALL(PetscOptionsGetInt(nullptr, prefix, "-pc_chain_lanes", &lanes_, nullptr));
     if (lanes_ != 0 && !ChainSolver::lanes_supported(static_cast<int>(lanes_))) {
-      throw InputError{std::string{"option -"} + (prefix != nullptr ? prefix : "") +
-                       "pc_chain_lanes: " + std::to_string(lanes_) +
+      std::string quantity = std::string{prefix != nullptr ? prefix : ""} + "pc chain lanes";
+      std::ranges::replace(quantity, '_', ' ');
+      throw InputError{quantity + ": " + std::to_string(lanes_) +
                        " is not allowed, expected 0 (automatic), 1, 4 or 8, on this processor at most " +
                        std::to_string(chain::native_lanes()) + " [spans side by side]"};
     }

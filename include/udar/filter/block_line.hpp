@@ -83,7 +83,6 @@ class BlockLine : public FilterOperator {
   void create_operator();
   template <class Add>
   void each_entry(const Add& add) const;
-  static PetscErrorCode multiply_callback(Mat matrix, Vec unknowns, Vec product);
 
   const BeamChain* beam_;
   double wf2_;

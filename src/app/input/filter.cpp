@@ -57,7 +57,7 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
              "largest backward error of a line solve that passes the check");
   PetscInt lanes = 0;
   group.integer("-filter_pc_chain_lanes", lanes, petsc::between(0.0, 8.0),
-                "stretches of line that the chain solver treats side by side in vector registers: 8, 4 or 1; 0: what "
+                "spans of line that the chain solver treats side by side in vector registers: 8, 4 or 1; 0: what "
                 "the processor has");  // read by the preconditioner itself
   if (!given && !petsc::Session::help_requested()) {
     throw InputError{"option -filter_frequency is required: a number > 0 [rad/s] or auto"};
