@@ -26,41 +26,41 @@ void SnapshotSchedule::add(Observer& observer) {
 }
 
 void SnapshotSchedule::resume(double taken) {
-  for (Due& due : due_) {
-    const double interval = due.observer->interval();
+  for (Listener& listener : due_) {
+    const double interval = listener.observer->interval();
     if (interval > 0.0) {
-      due.next = static_cast<PetscInt>(std::floor((taken + time_resolution(taken)) / interval)) + 1;
+      listener.next = static_cast<PetscInt>(std::floor((taken + time_resolution(taken)) / interval)) + 1;
     }
   }
 }
 
 double SnapshotSchedule::next() const {
   double first = kInfinity;
-  for (const Due& due : due_) {
-    first = std::min(first, time_of(due));
+  for (const Listener& listener : due_) {
+    first = std::min(first, time_of(listener));
   }
   return first;
 }
 
 bool SnapshotSchedule::is_due(double until) const { return next() <= until + time_resolution(until); }
 
-bool SnapshotSchedule::is_due(const Due& due, double until) const {
-  return time_of(due) <= until + time_resolution(until);
+bool SnapshotSchedule::is_due(const Listener& listener, double until) const {
+  return time_of(listener) <= until + time_resolution(until);
 }
 
-double SnapshotSchedule::time_of(const Due& due) const {
-  const double interval = due.observer->interval();
-  return interval > 0.0 && !due.ended ? std::min(multiple(due.next, interval), end_time_) : kInfinity;
+double SnapshotSchedule::time_of(const Listener& listener) const {
+  const double interval = listener.observer->interval();
+  return interval > 0.0 && !listener.ended ? std::min(multiple(listener.next, interval), end_time_) : kInfinity;
 }
 
 /// @param first its row at hand, if it has had none
-double SnapshotSchedule::last_row(const Due& due, double first) {
-  return due.next > 0 ? multiple(due.next - 1, due.observer->interval()) : first;
+double SnapshotSchedule::last_row(const Listener& listener, double first) {
+  return listener.next > 0 ? multiple(listener.next - 1, listener.observer->interval()) : first;
 }
 
-void SnapshotSchedule::advance(Due& due, double time) const {
-  ++due.next;
-  due.ended = time >= end_time_ - time_resolution(end_time_);
+void SnapshotSchedule::advance(Listener& listener, double time) const {
+  ++listener.next;
+  listener.ended = time >= end_time_ - time_resolution(end_time_);
 }
 
 }  // namespace udar

@@ -69,7 +69,7 @@ void SweptLine::solve_start() {
 }
 
 void SweptLine::extrapolate(double step) {
-  const Square change = legendre_change(sweep_->terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_);
+  const LegendreMatrix change = legendre_change(sweep_->terms, from_end_ ? 1.0 : 0.0, step / polynomial_step_);
   const auto go_on = [&](auto& rows) {
     std::array<double*, kMostTerms> lines{};
     for (std::size_t j = 0; j < sweep_->terms; ++j) {

@@ -41,7 +41,7 @@ constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 /// milliseconds took most of its time, and who watches a run does not see less than a second.
 constexpr std::chrono::seconds kFlushInterval{1};
 /// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kLongestWait{60};
 
 std::string system_reason(int error) { return std::generic_category().message(error); }
 
@@ -95,7 +95,7 @@ void wait_for_others(MPI_Comm comm, MPI_Request* request, const std::string& tex
   const auto start = std::chrono::steady_clock::now();
   int arrived = 0;
   for (MPI_Test(request, &arrived, MPI_STATUS_IGNORE); arrived == 0; MPI_Test(request, &arrived, MPI_STATUS_IGNORE)) {
-    if (std::chrono::steady_clock::now() - start > kPatience) {
+    if (std::chrono::steady_clock::now() - start > kLongestWait) {
       std::fprintf(stderr, "udar: %s\n", text.c_str());
       MPI_Abort(comm, 1);
     }

@@ -206,7 +206,7 @@ template <std::size_t Terms, bool Given>
 
 template <std::size_t Terms>
 [[gnu::always_inline]] inline void change_block(const std::array<double*, kMostTerms>& lines, std::size_t count,
-                                                const Square& all) {
+                                                const LegendreMatrix& all) {
   double change[Terms][Terms];
   double* __restrict line[Terms];
   for (std::size_t j = 0; j < Terms; ++j) {
@@ -236,7 +236,7 @@ template <std::size_t Terms>
 
 template <std::size_t Terms, bool Level>
 [[gnu::always_inline]] inline double lowest_block(const BlockRows& rows, std::size_t count, double side,
-                                                  const double* heights, const Square& all) {
+                                                  const double* heights, const LegendreMatrix& all) {
   double bernstein[Terms][Terms];
   const double* __restrict line[Terms];
   for (std::size_t j = 0; j < Terms; ++j) {
@@ -305,7 +305,7 @@ void bound_masses(std::size_t terms, bool predict, const BlockRows& rows, std::s
 
 UDAR_CLONES
 void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
-                  const Square& change) {
+                  const LegendreMatrix& change) {
   with_terms(terms, [&]<std::size_t Terms>()
                         __attribute__((always_inline)) { return change_block<Terms>(line, count, change); });
 }
@@ -338,7 +338,7 @@ void mark_near(const NearSupport& of, std::size_t count, const double* position,
 
 UDAR_CLONES
 double lowest_line(std::size_t terms, const BlockRows& rows, std::size_t count, double side, const double* heights,
-                   const Square& bernstein) {
+                   const LegendreMatrix& bernstein) {
   return with_terms(terms, [&]<std::size_t Terms>() __attribute__((always_inline)) {
     return heights == nullptr ? lowest_block<Terms, true>(rows, count, side, heights, bernstein)
                               : lowest_block<Terms, false>(rows, count, side, heights, bernstein);

@@ -35,8 +35,8 @@ void add_legendre(const double* series, std::size_t count, double from, double l
   }
 }
 
-Square legendre_bernstein(std::size_t terms) {
-  Square coefficients{};
+LegendreMatrix legendre_bernstein(std::size_t terms) {
+  LegendreMatrix coefficients{};
   for (std::size_t j = 0; j < terms; ++j) {
     for (std::size_t i = 0; i < terms; ++i) {
       coefficients[i][j] = bernstein_of_powers(kLegendre[j].data(), terms - 1, i);
@@ -45,8 +45,8 @@ Square legendre_bernstein(std::size_t terms) {
   return coefficients;
 }
 
-Square legendre_change(std::size_t terms, double offset, double ratio) {
-  Square change{};
+LegendreMatrix legendre_change(std::size_t terms, double offset, double ratio) {
+  LegendreMatrix change{};
   for (std::size_t old = 0; old < terms; ++old) {
     // Legendre coefficients on [0, 1] of L_old(offset + ratio tau), by its powers.
     std::array<double, kMostTerms> powers = kLegendre[old];

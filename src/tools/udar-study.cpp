@@ -52,7 +52,7 @@ constexpr std::array kStudyKeys{"-study_axes",   "-study_series", "-study_refere
                                 "-study_design", "-study_ranks",  "-study_refine"};
 
 /// What the user asks of the study itself.
-struct Wishes {
+struct StudyParameters {
   study::Request request;
   std::string series;
   std::string reference;
@@ -61,49 +61,49 @@ struct Wishes {
   bool overwrite = false;
 };
 
-Wishes read_wishes(MPI_Comm comm) {
+StudyParameters read_parameters(MPI_Comm comm) {
   petsc::OptionGroup group{comm, "Study"};
-  Wishes wishes;
+  StudyParameters asked;
   std::vector<std::string> refine;
-  group.strings("-study_axes", wishes.request.axes,
+  group.strings("-study_axes", asked.request.axes,
                 "further keys whose lists of numbers, from coarse to fine, are axes; for most keys a list means "
                 "something else");
-  group.string("-study_series", wishes.series,
+  group.string("-study_series", asked.series,
                "'name: -key value ...; name: ...': sets of options to compare, each over the axes of the study or its "
                "own; without, the case itself is the only one");
-  group.string("-study_reference", wishes.reference,
+  group.string("-study_reference", asked.reference,
                "series whose limits count as true in the table of work and error, or own: each series its own "
                "(default: the first series)");
-  group.choice<Design>("-study_design", wishes.request.design, kDesigns,
+  group.choice<Design>("-study_design", asked.request.design, kDesigns,
                        "all combinations, or only those needed: each axis with the others at their finest");
   group.strings("-study_refine", refine, "an axis for beams in segments: factors of every entry of -beam_elements");
-  group.integer("-study_ranks", wishes.ranks, petsc::at_least(1), "ranks of each run, a divisor of all");
-  group.string("-output_directory", wishes.directory,
+  group.integer("-study_ranks", asked.ranks, petsc::at_least(1), "ranks of each run, a divisor of all");
+  group.string("-output_directory", asked.directory,
                "folder of the study: study.csv, study.json and a folder for each run");
-  group.boolean("-output_overwrite", wishes.overwrite, "replace the study that is there");
+  group.boolean("-output_overwrite", asked.overwrite, "replace the study that is there");
   if (petsc::Session::help_requested()) {
-    return wishes;
+    return asked;
   }
   petsc::check_unknown_options(comm, "study_");
   app::register_types();
   petsc::check_petsc_options();
-  for (std::string& key : wishes.request.axes) {
+  for (std::string& key : asked.request.axes) {
     key = study::with_dash(key).substr(1);
   }
-  std::ranges::replace(wishes.series, '\n', ' ');
-  return wishes;
+  std::ranges::replace(asked.series, '\n', ' ');
+  return asked;
 }
 
-void prepare_directory(MPI_Comm comm, const Wishes& wishes) {
+void prepare_directory(MPI_Comm comm, const StudyParameters& asked) {
   namespace fs = std::filesystem;
   std::string failure;
   if (petsc::Session::on_first_rank()) {
-    const fs::path folder{wishes.directory};
+    const fs::path folder{asked.directory};
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) {
       failure = "cannot be made a folder: " + error.message();
-    } else if (fs::exists(folder / "study.json", error) && !wishes.overwrite) {
+    } else if (fs::exists(folder / "study.json", error) && !asked.overwrite) {
       failure = "already holds a study (study.json); give -output_overwrite to replace it, or another folder";
     } else {
       fs::remove(folder / "study.json", error);
@@ -111,7 +111,7 @@ void prepare_directory(MPI_Comm comm, const Wishes& wishes) {
     }
   }
   throw_together<FileError>(comm,
-                            failure.empty() ? "" : "option -output_directory: '" + wishes.directory + "' " + failure);
+                            failure.empty() ? "" : "option -output_directory: '" + asked.directory + "' " + failure);
 }
 
 /// The ranks that share a run, and what a run says meanwhile.
@@ -243,12 +243,12 @@ std::string write_file(const std::string& path, const std::string& text) {
 }
 
 /// Reads series and reference, which depend on each other.
-std::vector<Series> read_series(Wishes& wishes) {
-  std::vector<Series> series = study::read_series(wishes.series);
-  if (wishes.reference.empty()) {
-    wishes.reference = series.front().name;
-  } else if (wishes.reference != "own" && std::ranges::find(series, wishes.reference, &Series::name) == series.end()) {
-    throw InputError{"option -study_reference: there is no series '" + wishes.reference + "'"};
+std::vector<Series> read_series(StudyParameters& asked) {
+  std::vector<Series> series = study::read_series(asked.series);
+  if (asked.reference.empty()) {
+    asked.reference = series.front().name;
+  } else if (asked.reference != "own" && std::ranges::find(series, asked.reference, &Series::name) == series.end()) {
+    throw InputError{"option -study_reference: there is no series '" + asked.reference + "'"};
   }
   return series;
 }
@@ -318,26 +318,26 @@ int run_study(MPI_Comm comm) {
   }
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
-  Wishes wishes = read_wishes(comm);
+  StudyParameters asked = read_parameters(comm);
   if (petsc::Session::help_requested()) {
     return 0;
   }
-  if (ranks % wishes.ranks != 0) {
-    throw InputError{"option -study_ranks: " + std::to_string(wishes.ranks) +
+  if (ranks % asked.ranks != 0) {
+    throw InputError{"option -study_ranks: " + std::to_string(asked.ranks) +
                      " is not allowed, expected a divisor of the " + std::to_string(ranks) + " ranks"};
   }
-  std::vector<Series> series = read_series(wishes);
-  std::vector<PlannedRun> runs = study::plan(series, wishes.request, wishes.directory);
+  std::vector<Series> series = read_series(asked);
+  std::vector<PlannedRun> runs = study::plan(series, asked.request, asked.directory);
   for (const char* key : kStudyKeys) {  // so that the options in each run's files are its own
     UDAR_CALL(PetscOptionsClearValue(nullptr, key));
   }
-  prepare_directory(comm, wishes);
+  prepare_directory(comm, asked);
 
-  Group group{comm, wishes.ranks};
-  const auto groups = static_cast<std::size_t>(ranks) / static_cast<std::size_t>(wishes.ranks);
+  Group group{comm, asked.ranks};
+  const auto groups = static_cast<std::size_t>(ranks) / static_cast<std::size_t>(asked.ranks);
   if (petsc::Session::on_first_rank()) {
     std::printf("udar-study: %zu runs, %zu side by side, %d rank(s) each\n", runs.size(), std::min(groups, runs.size()),
-                static_cast<int>(wishes.ranks));
+                static_cast<int>(asked.ranks));
     std::fflush(stdout);
   }
   const auto dealt = study::deal(runs, groups);
@@ -354,8 +354,8 @@ int run_study(MPI_Comm comm) {
   if (petsc::Session::on_first_rank()) {
     std::vector<Outcome> outcomes = unpacked(all, runs.size());
     worst[1] = exit_code_of(outcomes);
-    failure = write_report(study::Report{std::move(series), std::move(runs), std::move(outcomes), wishes.reference},
-                           wishes.directory);
+    failure = write_report(study::Report{std::move(series), std::move(runs), std::move(outcomes), asked.reference},
+                           asked.directory);
   }
   throw_together<FileError>(comm, failure);
   MPI_Allreduce(MPI_IN_PLACE, worst.data(), 2, MPI_INT, MPI_MAX, comm);

@@ -89,7 +89,7 @@ TEST(Legendre, SeriesOfAPartIsThatOfItsIntegrals) {
 }
 
 TEST(Legendre, ContinuesBeyondTheStep) {
-  const Square change = legendre_change(kMostTerms, 1.0, 0.5);
+  const LegendreMatrix change = legendre_change(kMostTerms, 1.0, 0.5);
   for (std::size_t old = 0; old < kMostTerms; ++old) {
     double sum = 0.0;
     for (std::size_t j = 0; j < kMostTerms; ++j) {

@@ -28,40 +28,40 @@ class SnapshotSchedule {
   [[nodiscard]] double next() const;
   /// Whether that is not after a time [s].
   [[nodiscard]] bool is_due(double until) const;
-  /// @brief Gives the row of `next()` to all to whom it is due.
+  /// @brief Gives the row of `next()` to all to whom it is listener.
   /// @param[in,out] row its zone is filled here @param zone of a listener whose last row was at a time [s]
   template <class Zone>
   void tell(Snapshot& row, const Zone& zone) {
     double since = row.time;  // of the zone at hand; most listeners have the same interval, and none a row before the
                               // first
-    for (Due& due : due_) {
-      if (is_due(due, row.time)) {
-        const double last = last_row(due, row.time);
+    for (Listener& listener : due_) {
+      if (is_due(listener, row.time)) {
+        const double last = last_row(listener, row.time);
         if (last != since) {
           row.zone = zone(last);
           since = last;
         }
-        advance(due, row.time);
-        due.observer->snapshot(row);
+        advance(listener, row.time);
+        listener.observer->snapshot(row);
       }
     }
   }
 
  private:
-  struct Due {
+  struct Listener {
     Observer* observer = nullptr;
     PetscInt next = 0;   // multiple of its interval
     bool ended = false;  // has had the row at the end of the run
   };
 
-  [[nodiscard]] double time_of(const Due& due) const;
-  [[nodiscard]] bool is_due(const Due& due, double until) const;
-  [[nodiscard]] static double last_row(const Due& due, double first);
-  void advance(Due& due, double time) const;
+  [[nodiscard]] double time_of(const Listener& listener) const;
+  [[nodiscard]] bool is_due(const Listener& listener, double until) const;
+  [[nodiscard]] static double last_row(const Listener& listener, double first);
+  void advance(Listener& listener, double time) const;
 
   double end_time_;
   std::vector<Observer*> observers_;
-  std::vector<Due> due_;  // by observer
+  std::vector<Listener> due_;  // by observer
 };
 
 }  // namespace udar

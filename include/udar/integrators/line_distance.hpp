@@ -28,7 +28,7 @@ class LineDistance {
   Sweep* sweep_;
   ContactState* contact_;
   const StepSupports* supports_;
-  Square line_bernstein_;  // [coefficient][Legendre term]
+  LegendreMatrix line_bernstein_;  // [coefficient][Legendre term]
   std::vector<double> block_low_;
 };
 

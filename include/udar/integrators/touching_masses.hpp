@@ -78,7 +78,7 @@ class TouchingMasses {
     std::size_t node;
   };
   /// Of the masses of a block.
-  struct Bounds {
+  struct BlockReach {
     std::array<double, kBlock> low{};
     std::array<double, kBlock> high{};
     std::array<double, kBlock> line_low{};
@@ -127,7 +127,7 @@ class TouchingMasses {
   std::size_t first_touching_ = 0;    // of the block
   std::size_t first_resting_ = 0;
   std::array<double, kBlock> free_{};
-  Bounds bounds_;
+  BlockReach bounds_;
   std::array<Moments, kBlock> block_moments_{};  // u before the sweep of the touching masses of a block
   std::size_t listed_ = 0;
   Waiting waiting_;

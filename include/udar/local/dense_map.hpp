@@ -17,7 +17,7 @@ using Gain = std::array<std::array<double, kMostUnknowns>, kMostUnknowns>;
 /// The mass without impacts over a step of one `angle`: z = speed s(tau) + sum_j p_j w_j(tau).
 struct DenseMap {
   std::array<double, kMostTerms> start{};  // moments of s
-  Square line{};                           // moments of w_j: [moment][j]
+  LegendreMatrix line{};                   // moments of w_j: [moment][j]
   double place_of_start = 0.0;             // s(1)
   double speed_of_start = 0.0;             // s'(1)
   std::array<double, kMostTerms> place{};  // w_j(1)
@@ -90,7 +90,7 @@ void map_masses(std::size_t terms, bool predict, const BlockRows& rows, std::siz
 
 /// @brief Legendre coefficients in another interval, in place: line[j] <- sum_(k >= j) change[j][k] line[k].
 void change_basis(std::size_t terms, const std::array<double*, kMostTerms>& line, std::size_t count,
-                  const Square& change);
+                  const LegendreMatrix& change);
 
 /// @brief Bounds of `count` masses; `rows` as for `map_masses`, before it.
 void bound_masses(std::size_t terms, bool predict, const BlockRows& rows, std::size_t count,
@@ -113,6 +113,6 @@ void mark_near(const NearSupport& of, std::size_t count, const double* position,
 /// @param rows line (p) and position @param heights what to count from [m]; null: zero
 /// @param bernstein [coefficient][Legendre term]
 [[nodiscard]] double lowest_line(std::size_t terms, const BlockRows& rows, std::size_t count, double side,
-                                 const double* heights, const Square& bernstein);
+                                 const double* heights, const LegendreMatrix& bernstein);
 
 }  // namespace udar

@@ -9,10 +9,10 @@ namespace udar {
 
 /// Most Legendre terms of a function over a step.
 inline constexpr std::size_t kMostTerms = 5;
-using Square = std::array<std::array<double, kMostTerms>, kMostTerms>;
+using LegendreMatrix = std::array<std::array<double, kMostTerms>, kMostTerms>;
 
 /// Their power coefficients: [polynomial][power].
-inline constexpr Square kLegendre{
+inline constexpr LegendreMatrix kLegendre{
     {{1, 0, 0, 0, 0}, {-1, 2, 0, 0, 0}, {1, -6, 6, 0, 0}, {-1, 12, -30, 20, 0}, {1, -20, 90, -140, 70}}};
 
 /// @brief Polynomial `j` and its derivative.
@@ -25,10 +25,10 @@ void add_legendre(const double* series, std::size_t count, double from, double l
                   std::array<double, kMostTerms>& coefficients);
 
 /// @brief Bernstein coefficients of the Legendre polynomials: [coefficient][polynomial].
-[[nodiscard]] Square legendre_bernstein(std::size_t terms);
+[[nodiscard]] LegendreMatrix legendre_bernstein(std::size_t terms);
 
 /// @brief Legendre coefficients of L_old(offset + ratio tau): [new][old].
-[[nodiscard]] Square legendre_change(std::size_t terms, double offset, double ratio);
+[[nodiscard]] LegendreMatrix legendre_change(std::size_t terms, double offset, double ratio);
 
 /// @brief What the projection of a function on `terms` polynomials misses of a kink of unit slope at tau = `at`: the
 /// integral, over the kink's ramp, of the miss.
