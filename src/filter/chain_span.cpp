@@ -265,45 +265,47 @@ struct Recursion {
   static constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
   static constexpr std::size_t kWide = W * M;
 
+  /// The state of each span: alone in its object, or the compiler leaves all of it in memory.
+  struct State {
+    std::array<V, M> deflection;  // predicted
+    std::array<V, M> rise;        // predicted rotation times h
+    std::array<V, M> force;
+    std::array<V, M> moment;
+    std::array<V, M> last;  // displacement of the node ahead, and by how much it is above its left neighbour
+    std::array<V, M> step;
+  };
+
   const Span& span;
   const FilterColumn& column;
+  const Span::Gain* gains;
+  std::size_t pitch;    // nodes from span to span
   std::size_t first;    // node: left joint of the first span
   double* innovations;  // by inner node, then lane
   double* targets;
-  std::array<V, M> deflection;  // predicted
-  std::array<V, M> rise;        // predicted rotation times h
-  std::array<V, M> force;
-  std::array<V, M> moment;
-  std::array<V, M> last;  // displacement of the node ahead, and by how much it is above its left neighbour
-  std::array<V, M> step;
 
-  UDAR_INLINE Recursion(const Span& spans, const FilterColumn& of, std::size_t first_joint, const Ends* told,
-                        double* scratch)
-      : span{spans}, column{of}, first{first_joint}, innovations{scratch}, targets{scratch + kWide * spans.inner()} {
+  UDAR_INLINE std::size_t left_joint(std::size_t m, std::size_t lane) const { return first + (m * W + lane) * pitch; }
+
+  UDAR_INLINE void start(const Ends* told, State& state) const {
     const Span::Units& units = span.units();
     for (std::size_t m = 0; m < M; ++m) {
       for (std::size_t lane = 0; lane < W; ++lane) {
         const Ends& ends = told[m * W + lane];
-        set<W>(rise[m], lane, ends[1] * span.key().length);
-        set<W>(deflection[m], lane, ends[0] + ends[1] * span.key().length);
-        set<W>(force[m], lane, ends[2] / units.stiffness);
-        set<W>(moment[m], lane, ends[3] / units.moment);
+        set<W>(state.rise[m], lane, ends[1] * span.key().length);
+        set<W>(state.deflection[m], lane, ends[0] + ends[1] * span.key().length);
+        set<W>(state.force[m], lane, ends[2] / units.stiffness);
+        set<W>(state.moment[m], lane, ends[3] / units.moment);
         if constexpr (Given != Mode::system) {
           const double* y = column.displacement + left_joint(m, lane);
-          set<W>(last[m], lane, y[1]);
-          set<W>(step[m], lane, y[1] - y[0]);
+          set<W>(state.last[m], lane, y[1]);
+          set<W>(state.step[m], lane, y[1] - y[0]);
         }
       }
     }
   }
 
-  UDAR_INLINE std::size_t left_joint(std::size_t m, std::size_t lane) const {
-    return first + (m * W + lane) * span.key().elements;
-  }
-
   /// What is given at inner nodes i to i + W.
   UDAR_INLINE void read(std::size_t i, NodeBlock& given) const {
-    const std::size_t ahead = kWide * span.key().elements;
+    const std::size_t ahead = kWide * pitch;
     for (std::size_t m = 0; m < M; ++m) {
       for (std::size_t lane = 0; lane < W; ++lane) {
         const std::size_t node = left_joint(m, lane) + 1 + i;
@@ -333,75 +335,75 @@ struct Recursion {
   }
 
   /// From left to right through these nodes.
-  UDAR_INLINE void predict(std::size_t i, const NodeBlock& given) {
+  UDAR_INLINE void predict(std::size_t i, const NodeBlock& given, State& state) const {
     const Span::Units& units = span.units();
     for (std::size_t k = 0; k < W; ++k) {
       const std::size_t at = (i + k) * kWide;
-      const Span::Gain gain = span.gains().data()[i + k];
+      const Span::Gain gain = gains[i + k];
       for (std::size_t m = 0; m < M; ++m) {
-        V ahead = rise[m];
+        V ahead = state.rise[m];
         V target;
         if constexpr (Given == Mode::system) {
           target = given[m][2 * k] * units.right_to_target;
           ahead += given[m][2 * k + 1] * units.right_to_kink;
         } else {
           if constexpr (kTarget) {
-            target = given[m][W + k] * units.force_to_target - last[m] * units.ground_ratio;
+            target = given[m][W + k] * units.force_to_target - state.last[m] * units.ground_ratio;
           }
-          const V next = given[m][k] - last[m];
-          ahead += step[m] - next;
-          step[m] = next;
-          last[m] = given[m][k];
+          const V next = given[m][k] - state.last[m];
+          ahead += state.step[m] - next;
+          state.step[m] = next;
+          state.last[m] = given[m][k];
         }
         if constexpr (kTarget) {
-          const V innovation = target - deflection[m];
+          const V innovation = target - state.deflection[m];
           store<W>(innovations + at + m * W, innovation);
           store<W>(targets + at + m * W, target);
-          rise[m] = ahead + gain.turn * innovation;
-          deflection[m] = gain.keep * deflection[m] + (ahead + gain.forecast * target);
+          state.rise[m] = ahead + gain.turn * innovation;
+          state.deflection[m] = gain.keep * state.deflection[m] + (ahead + gain.forecast * target);
         } else {
-          store<W>(innovations + at + m * W, deflection[m]);
-          rise[m] = ahead - gain.turn * deflection[m];
-          deflection[m] = gain.keep * deflection[m] + ahead;
+          store<W>(innovations + at + m * W, state.deflection[m]);
+          state.rise[m] = ahead - gain.turn * state.deflection[m];
+          state.deflection[m] = gain.keep * state.deflection[m] + ahead;
         }
       }
     }
   }
 
   /// Back through these nodes.
-  UDAR_INLINE void smooth(std::size_t i, NodeBlock& found) {
+  UDAR_INLINE void smooth(std::size_t i, State& state, NodeBlock& found) const {
     const Span::Units& units = span.units();
     for (std::size_t k = W; k-- > 0;) {
       const std::size_t at = (i + k) * kWide;
-      const Span::Gain gain = span.gains().data()[i + k];
+      const Span::Gain gain = gains[i + k];
       for (std::size_t m = 0; m < M; ++m) {
         V innovation;
         load<W>(innovation, innovations + at + m * W);
-        moment[m] += force[m];
+        state.moment[m] += state.force[m];
         if constexpr (kTarget) {
           V target;
           load<W>(target, targets + at + m * W);
-          const V spring = gain.release * innovation - gain.deflect * force[m] - gain.turn * moment[m];
-          force[m] += spring;
+          const V spring = gain.release * innovation - gain.deflect * state.force[m] - gain.turn * state.moment[m];
+          state.force[m] += spring;
           if constexpr (Given == Mode::system) {
             found[m][2 * k] = (target - spring) * units.shift_to_unknown;
-            found[m][2 * k + 1] = moment[m] * units.moment_to_unknown;
+            found[m][2 * k + 1] = state.moment[m] * units.moment_to_unknown;
           } else {
             found[m][k] = target - spring;
             if constexpr (kMoment) {
-              found[m][W + k] = moment[m] * units.moment;
+              found[m][W + k] = state.moment[m] * units.moment;
             }
           }
         } else {
-          found[m][k] = gain.release * innovation + gain.deflect * force[m] + gain.turn * moment[m];
-          force[m] -= found[m][k];
+          found[m][k] = gain.release * innovation + gain.deflect * state.force[m] + gain.turn * state.moment[m];
+          state.force[m] -= found[m][k];
         }
       }
     }
   }
 
   UDAR_INLINE void write(std::size_t i, NodeBlock& found) const {
-    const std::size_t ahead = kWide * span.key().elements;
+    const std::size_t ahead = kWide * pitch;
     for (std::size_t m = 0; m < M; ++m) {
       transpose<W>(found[m].data());
       if constexpr (kMoment) {
@@ -431,15 +433,23 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
                               double* scratch) {
   using Lanes = Recursion<W, M, Given>;
   const std::size_t inner = span.inner();
-  Lanes lanes{span, column, first, told, scratch};
+  const Lanes lanes{.span = span,
+                    .column = column,
+                    .gains = span.gains().data(),
+                    .pitch = span.key().elements,
+                    .first = first,
+                    .innovations = scratch,
+                    .targets = scratch + Lanes::kWide * inner};
+  typename Lanes::State state;
+  lanes.start(told, state);
   for (std::size_t i = 0; i < inner; i += W) {
     typename Lanes::NodeBlock given;
     lanes.read(i, given);
-    lanes.predict(i, given);
+    lanes.predict(i, given, state);
   }
   for (std::size_t done = 0; done < inner; done += W) {
     typename Lanes::NodeBlock found;
-    lanes.smooth(inner - done - W, found);
+    lanes.smooth(inner - done - W, state, found);
     lanes.write(inner - done - W, found);
   }
 }
