@@ -68,7 +68,7 @@ void add_costs(MPI_Comm comm, const CostMark& begin, const CostMark& stepping, c
   const double memory = peak_memory();
 
   std::vector<double> largest{memory, -memory};
-  std::vector<double> sums{memory, summary.streamed_bytes};
+  std::vector<double> sums{memory, summary.costs.streamed_bytes};
   for (const auto& [stage, value] : seconds) {
     largest.push_back(value);
     sums.push_back(value);
@@ -82,22 +82,22 @@ void add_costs(MPI_Comm comm, const CostMark& begin, const CostMark& stepping, c
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), static_cast<int>(largest.size()), MPI_DOUBLE, MPI_MAX, comm);
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm);
 
-  summary.largest_memory_bytes = static_cast<std::uint64_t>(largest[0]);
-  summary.smallest_memory_bytes = static_cast<std::uint64_t>(-largest[1]);
-  summary.peak_memory_bytes = static_cast<std::uint64_t>(sums[0]);
+  summary.costs.largest_memory_bytes = static_cast<std::uint64_t>(largest[0]);
+  summary.costs.smallest_memory_bytes = static_cast<std::uint64_t>(-largest[1]);
+  summary.costs.peak_memory_bytes = static_cast<std::uint64_t>(sums[0]);
   auto most = largest.begin() + 2;
-  summary.streamed_bytes = sums[1];
+  summary.costs.streamed_bytes = sums[1];
   auto sum = sums.begin() + 2;
   const double ranks = summary.ranks;
   for (const auto& [stage, value] : seconds) {
-    summary.wall_seconds[stage] = *most++;
-    summary.wall_seconds_mean[stage] = *sum++ / ranks;
+    summary.costs.wall_seconds[stage] = *most++;
+    summary.costs.wall_seconds_mean[stage] = *sum++ / ranks;
   }
   for (const auto& [stage, value] : own) {
-    summary.own_seconds[stage] = *sum++ / ranks;
+    summary.costs.own_seconds[stage] = *sum++ / ranks;
   }
   for (const auto& [stage, value] : traffic) {
-    io::CommunicationCounts& counts = summary.communication[stage];
+    io::CommunicationCounts& counts = summary.costs.communication[stage];
     counts.messages = *most++;
     counts.message_bytes = *most++;
     counts.reductions = *most++;

@@ -36,30 +36,30 @@ io::Summary make_summary(const Case& input, FilteredStructure& line, const Impac
   UDAR_CALL(TSGetType(dynamics.stepper(), &type));
   summary.integrator = type;
   summary.integrator_counts = dynamics.tally();
-  summary.streamed_bytes = dynamics.streamed_bytes();  // of this rank
-  summary.steps = counts.steps;
-  summary.rejected_steps = counts.rejected_steps;
-  summary.repeated_steps = counts.repeated_steps;
-  summary.rhs_evaluations = counts.rhs_evaluations;
-  summary.row_line_solves = counts.row_line_solves;
-  summary.line_solves = line.solves();
-  summary.event_steps = counts.event_steps;
-  summary.impacts = counts.impacts;
-  summary.rests = counts.rests;
-  summary.releases = counts.releases;
+  summary.costs.streamed_bytes = dynamics.streamed_bytes();  // of this rank
+  summary.counts.steps = counts.steps;
+  summary.counts.rejected_steps = counts.rejected_steps;
+  summary.counts.repeated_steps = counts.repeated_steps;
+  summary.counts.rhs_evaluations = counts.rhs_evaluations;
+  summary.counts.row_line_solves = counts.row_line_solves;
+  summary.counts.line_solves = line.solves();
+  summary.counts.event_steps = counts.event_steps;
+  summary.counts.impacts = counts.impacts;
+  summary.counts.rests = counts.rests;
+  summary.counts.releases = counts.releases;
   if (counts.first_contact_time >= 0.0) {
-    summary.first_contact_time = counts.first_contact_time;
-    summary.last_contact_time = counts.last_contact_time;
+    summary.contact.first_contact_time = counts.first_contact_time;
+    summary.contact.last_contact_time = counts.last_contact_time;
   }
   if (!input.supports.empty()) {
     const LineGap gap = dynamics.smallest_line_gap();
-    summary.min_line_gap = gap.gap;
-    summary.min_line_gap_x = gap.x;
-    summary.min_line_gap_time = gap.time;
-    summary.support_impulse = dynamics.support_impulses();
-    summary.force_window = forces.window();
-    summary.peak_force_window = forces.peak_window();
-    summary.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
+    summary.contact.min_line_gap = gap.gap;
+    summary.contact.min_line_gap_x = gap.x;
+    summary.contact.min_line_gap_time = gap.time;
+    summary.contact.support_impulse = dynamics.support_impulses();
+    summary.contact.force_window = forces.window();
+    summary.contact.peak_force_window = forces.peak_window();
+    summary.contact.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
   }
   for (const auto& [key, name] : {std::pair{"max_bending_stress", "stress"}, {"max_utilisation", "utilisation"}}) {
     const auto peak = peaks.find(name);
@@ -103,7 +103,7 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
   }
   warn_of_yielding(comm, output.peaks());
   io::Summary summary = make_summary(input, line, dynamics, output);
-  summary.stepping_line_solves = line.solves() - marks.solves_before;
+  summary.counts.stepping_line_solves = line.solves() - marks.solves_before;
   add_costs(comm, marks.begin, marks.stepping, end, summary);
   io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
   return summary;
@@ -112,9 +112,9 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
 void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
   UDAR_CALL(PetscPrintf(
       comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
-      summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.steps),
-      static_cast<long long>(summary.impacts), static_cast<long long>(summary.line_solves), summary.energy_drift,
-      input.output.directory.c_str()));
+      summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.counts.steps),
+      static_cast<long long>(summary.counts.impacts), static_cast<long long>(summary.counts.line_solves),
+      summary.energy_drift, input.output.directory.c_str()));
   if (!summary.completed) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));

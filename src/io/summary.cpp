@@ -29,28 +29,28 @@ std::string as_json(const Summary& summary) {
   json["ranks"] = summary.ranks;
   json["integrator"] = summary.integrator;
   json["integrator_counts"] = summary.integrator_counts;
-  json["steps"] = summary.steps;
-  json["rejected_steps"] = summary.rejected_steps;
-  json["repeated_steps"] = summary.repeated_steps;
-  json["rhs_evaluations"] = summary.rhs_evaluations;
-  json["line_solves"] = summary.line_solves;
-  json["stepping_line_solves"] = summary.stepping_line_solves;
-  json["row_line_solves"] = summary.row_line_solves;
+  json["steps"] = summary.counts.steps;
+  json["rejected_steps"] = summary.counts.rejected_steps;
+  json["repeated_steps"] = summary.counts.repeated_steps;
+  json["rhs_evaluations"] = summary.counts.rhs_evaluations;
+  json["line_solves"] = summary.counts.line_solves;
+  json["stepping_line_solves"] = summary.counts.stepping_line_solves;
+  json["row_line_solves"] = summary.counts.row_line_solves;
   json["streamed_bytes"] =
-      number_or_null(summary.streamed_bytes > 0.0 ? std::optional{summary.streamed_bytes} : std::nullopt);
-  json["event_steps"] = summary.event_steps;
-  json["impacts"] = summary.impacts;
-  json["rests"] = summary.rests;
-  json["releases"] = summary.releases;
-  json["first_contact_time"] = number_or_null(summary.first_contact_time);
-  json["last_contact_time"] = number_or_null(summary.last_contact_time);
-  json["min_line_gap"] = number_or_null(summary.min_line_gap);
-  json["min_line_gap_x"] = number_or_null(summary.min_line_gap_x);
-  json["min_line_gap_time"] = number_or_null(summary.min_line_gap_time);
-  json["support_impulse"] = summary.support_impulse;
-  json["force_window"] = number_or_null(summary.force_window);
-  json["peak_force_window"] = number_or_null(summary.peak_force_window);
-  json["peak_support_force"] = summary.peak_support_force;
+      number_or_null(summary.costs.streamed_bytes > 0.0 ? std::optional{summary.costs.streamed_bytes} : std::nullopt);
+  json["event_steps"] = summary.counts.event_steps;
+  json["impacts"] = summary.counts.impacts;
+  json["rests"] = summary.counts.rests;
+  json["releases"] = summary.counts.releases;
+  json["first_contact_time"] = number_or_null(summary.contact.first_contact_time);
+  json["last_contact_time"] = number_or_null(summary.contact.last_contact_time);
+  json["min_line_gap"] = number_or_null(summary.contact.min_line_gap);
+  json["min_line_gap_x"] = number_or_null(summary.contact.min_line_gap_x);
+  json["min_line_gap_time"] = number_or_null(summary.contact.min_line_gap_time);
+  json["support_impulse"] = summary.contact.support_impulse;
+  json["force_window"] = number_or_null(summary.contact.force_window);
+  json["peak_force_window"] = number_or_null(summary.contact.peak_force_window);
+  json["peak_support_force"] = summary.contact.peak_support_force;
   for (const auto& [name, peak] : summary.peaks) {
     add_peak(json, name, peak);
   }
@@ -58,16 +58,17 @@ std::string as_json(const Summary& summary) {
   json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
-  json["wall_seconds"] = summary.wall_seconds;
-  json["wall_seconds_mean"] = summary.wall_seconds_mean;
-  json["own_seconds"] = summary.own_seconds;
+  json["wall_seconds"] = summary.costs.wall_seconds;
+  json["wall_seconds_mean"] = summary.costs.wall_seconds_mean;
+  json["own_seconds"] = summary.costs.own_seconds;
   json["communication"] = nlohmann::ordered_json::object();
-  for (const auto& [stage, counts] : summary.communication) {
+  for (const auto& [stage, counts] : summary.costs.communication) {
     json["communication"][stage] = {
         {"messages", counts.messages}, {"message_bytes", counts.message_bytes}, {"reductions", counts.reductions}};
   }
-  json["peak_memory_bytes"] = summary.peak_memory_bytes;
-  json["memory_per_rank"] = {{"largest", summary.largest_memory_bytes}, {"smallest", summary.smallest_memory_bytes}};
+  json["peak_memory_bytes"] = summary.costs.peak_memory_bytes;
+  json["memory_per_rank"] = {{"largest", summary.costs.largest_memory_bytes},
+                             {"smallest", summary.costs.smallest_memory_bytes}};
   json["versions"] = summary.versions;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }

@@ -110,15 +110,17 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
     all.push_back({.name = std::move(name), .unit = unit, .value = value, .compared = compared});
   };
   double impulse = 0.0;
-  for (const double one : summary.support_impulse) {
+  for (const double one : summary.contact.support_impulse) {
     impulse += one;
   }
-  const Rebound back =
-      summary.first_contact_time ? rebound(samples, *summary.first_contact_time, input.gravity) : Rebound{};
+  const Rebound back = summary.contact.first_contact_time
+                           ? rebound(samples, *summary.contact.first_contact_time, input.gravity)
+                           : Rebound{};
   add("impulse", "N s", impulse);
   add("rebound_velocity", "m/s", back.velocity);
   add("contact_time", "s", back.contact_time, false);  // known to a row of the output
-  add("penetration", "m", summary.min_line_gap ? std::optional{std::max(0.0, -*summary.min_line_gap)} : std::nullopt);
+  add("penetration", "m",
+      summary.contact.min_line_gap ? std::optional{std::max(0.0, -*summary.contact.min_line_gap)} : std::nullopt);
   std::vector<double> up;
   std::vector<double> down;
   for (std::size_t g = 0; g < input.gauges.size() && !samples.empty(); ++g) {
@@ -136,8 +138,8 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
     add("energy_springs", "J", end.energy.fictitious_springs);
     add("energy_lost", "J", end.energy.lost_in_impacts);
   }
-  for (std::size_t i = 0; i < summary.support_impulse.size(); ++i) {
-    add("impulse_" + std::to_string(i), "N s", summary.support_impulse[i]);
+  for (std::size_t i = 0; i < summary.contact.support_impulse.size(); ++i) {
+    add("impulse_" + std::to_string(i), "N s", summary.contact.support_impulse[i]);
   }
   for (std::size_t g = 0; g < up.size(); ++g) {
     const std::string gauge = "gauge_" + std::to_string(g);
@@ -145,11 +147,12 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
     add(gauge + "_down", "m", down[g]);
     add(gauge + "_up", "m", up[g]);
   }
-  add("impacts", "-", static_cast<double>(summary.impacts), false);
-  add("steps", "-", static_cast<double>(summary.steps), false);
-  add("line_solves", "-", static_cast<double>(summary.stepping_line_solves - summary.row_line_solves), false);
+  add("impacts", "-", static_cast<double>(summary.counts.impacts), false);
+  add("steps", "-", static_cast<double>(summary.counts.steps), false);
+  add("line_solves", "-", static_cast<double>(summary.counts.stepping_line_solves - summary.counts.row_line_solves),
+      false);
   add("energy_drift", "-", summary.energy_drift, false);
-  add("wall_seconds", "s", summary.wall_seconds.at("stepping"), false);
+  add("wall_seconds", "s", summary.costs.wall_seconds.at("stepping"), false);
   return all;
 }
 
