@@ -14,7 +14,7 @@
 namespace udar::app {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // A fall from here ends at 140 m/s, faster than anything is dropped on supports.
 constexpr double kHighFall = 1000.0;
@@ -28,15 +28,15 @@ bool moves_as_rigid(const Case& input, const Structure& structure) {
 /// First zero of gap + speed t - pull t^2 / 2 after the start, for a gap > 0.
 double meeting_time(double gap, double speed, double pull) {
   if (pull == 0.0) {
-    return speed < 0.0 ? gap / -speed : kNever;
+    return speed < 0.0 ? gap / -speed : kInfinity;
   }
   const double square = speed * speed + 2.0 * pull * gap;
   if (square < 0.0) {
-    return kNever;
+    return kInfinity;
   }
   // The form without cancellation: 2 gap / (sqrt(...) - speed); negative where the gap only closes in the past.
   const double time = 2.0 * gap / (std::sqrt(square) - speed);
-  return time > 0.0 ? time : kNever;
+  return time > 0.0 ? time : kInfinity;
 }
 
 std::string sides(const std::vector<Support>& supports) {
@@ -83,7 +83,7 @@ std::optional<double> expected_contact(const Case& input, const Structure& struc
   }
   const MassPoints& points = structure.points();
   const MassState masses = initial_masses(points, input.initial);
-  double first = kNever;
+  double first = kInfinity;
   const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& run : contacts.sets) {
     const double lift = run.lift(0.0).height;
@@ -94,7 +94,7 @@ std::optional<double> expected_contact(const Case& input, const Structure& struc
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_DOUBLE, MPI_MIN, points.comm());
-  return first < kNever ? std::optional{first} : std::nullopt;
+  return first < kInfinity ? std::optional{first} : std::nullopt;
 }
 
 void print_echo(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes) {

@@ -32,7 +32,7 @@ struct Compliance {
 };
 
 /// (P^-1 + J)^-1 without inverting P, (1 + J P)^-1, and the factor by which the determinant is smaller than that of P.
-/// 1 - J X would be the second, too, but not where J is large: a line held just behind a joint.
+/// 1 - J X would be the second, too, but not where J is large: a line fixed just behind a joint.
 struct Combined {
   Compliance value;
   Matrix2 reaction{};

@@ -205,7 +205,7 @@ std::array<ChainSolver::State, Width> ChainSolver::sweep_left(const std::array<B
       if (!joint.starts && j > 0) {
         const double spring = s.innovation[c] * joint.release - joint.gain[0] * force[c] - joint.gain[1] * moment[c];
         // Elsewhere the state on the right gives it without the difference of large forces; on the right of an end
-        // there is none, and a held node is where it is held.
+        // there is none, and a fixed node is where it is fixed.
         if (joint.ends || joint.compliance == 0.0) {
           deflection = s.target[c] - spring * joint.compliance;
         }

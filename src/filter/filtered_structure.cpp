@@ -231,11 +231,11 @@ void FilteredStructure::solve_by_ksp(const FilterColumn& column) {
 void FilteredStructure::solve_together(std::span<const FilterColumn> columns) {
   const auto rows = static_cast<PetscInt>(operator_->unknowns());
   const auto count = static_cast<PetscInt>(columns.size());
-  PetscInt held = 0;
+  PetscInt columns_before = 0;
   if (right_hand_sides_ != nullptr) {
-    UDAR_CALL(MatGetSize(right_hand_sides_, nullptr, &held));
+    UDAR_CALL(MatGetSize(right_hand_sides_, nullptr, &columns_before));
   }
-  if (held != count) {
+  if (columns_before != count) {
     PetscInt all = 0;
     UDAR_CALL(MatGetSize(op(), &all, nullptr));
     for (petsc::Matrix* block : {&right_hand_sides_, &solutions_}) {

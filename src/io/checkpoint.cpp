@@ -79,9 +79,9 @@ void write_content(Hdf5File& file, const PointOrder& order, const MotionState& s
   }
   file.add_group("/node_fields");
   file.reserve(state.fields.size() * static_cast<std::uint64_t>(nodes.total) * sizeof(double));
-  for (const auto& [name, held] : state.fields) {
+  for (const auto& [name, own] : state.fields) {
     const std::string path = "/node_fields/" + name;
-    const std::vector<double> values = order.to_user(held);
+    const std::vector<double> values = order.to_user(own);
     file.add_node_values(path, nodes, values);
     file.add_attribute(path, "checksum", checksum(order.comm(), nodes, values));
   }

@@ -61,22 +61,22 @@ PointOrder::PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const s
   UDAR_CALL(PetscLayoutDestroy(&layout));
 }
 
-std::vector<double> PointOrder::to_user(std::span<const double> held) const {
-  std::vector<double> ordered{held.begin(), held.end()};
+std::vector<double> PointOrder::to_user(std::span<const double> own) const {
+  std::vector<double> ordered{own.begin(), own.end()};
   if (moves_ != nullptr) {
-    UDAR_CALL(PetscSFReduceBegin(moves_, MPI_DOUBLE, held.data(), ordered.data(), MPI_REPLACE));
-    UDAR_CALL(PetscSFReduceEnd(moves_, MPI_DOUBLE, held.data(), ordered.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFReduceBegin(moves_, MPI_DOUBLE, own.data(), ordered.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFReduceEnd(moves_, MPI_DOUBLE, own.data(), ordered.data(), MPI_REPLACE));
   }
   return ordered;
 }
 
 std::vector<double> PointOrder::from_user(std::span<const double> ordered) const {
-  std::vector<double> held{ordered.begin(), ordered.end()};
+  std::vector<double> own{ordered.begin(), ordered.end()};
   if (moves_ != nullptr) {
-    UDAR_CALL(PetscSFBcastBegin(moves_, MPI_DOUBLE, ordered.data(), held.data(), MPI_REPLACE));
-    UDAR_CALL(PetscSFBcastEnd(moves_, MPI_DOUBLE, ordered.data(), held.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFBcastBegin(moves_, MPI_DOUBLE, ordered.data(), own.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFBcastEnd(moves_, MPI_DOUBLE, ordered.data(), own.data(), MPI_REPLACE));
   }
-  return held;
+  return own;
 }
 
 }  // namespace udar::io

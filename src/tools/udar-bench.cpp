@@ -104,7 +104,7 @@ std::unique_ptr<FilteredStructure> build(const BeamChain& beam, FilterParameters
 }
 
 /// The motion to solve for: half a millimetre of each of three gentle shapes, on an offset and a tilt; at rest where an
-/// end is held.
+/// end is fixed.
 Numbers displacement(const BeamChain& beam, PetscInt begin, PetscInt end, double offset) {
   Numbers values;
   for (PetscInt node = begin; node < end; ++node) {

@@ -42,7 +42,7 @@ class Span {
   [[nodiscard]] const Matrix2& transfer() const noexcept { return transfer_; }
   /// Its determinant, which cannot be computed from the entries when they have decayed.
   [[nodiscard]] long double transfer_determinant() const noexcept { return transfer_determinant_; }
-  /// Compliance seen from the right joint, the left one being held.
+  /// Compliance seen from the right joint, the left one being fixed.
   [[nodiscard]] const Symmetric& compliance() const noexcept { return compliance_; }
   /// Stiffness seen from the left joint, the right one being free.
   [[nodiscard]] const Symmetric& stiffness() const noexcept { return stiffness_; }

@@ -23,7 +23,7 @@ struct LineData {
   PetscInt nodes = 0;                    ///< of all ranks
   std::vector<BeamElement> elements;     ///< [i] left of local node i, [i + 1] right of it; local nodes + 2
   std::vector<double> filter_stiffness;  ///< k = wf^2 m [N/m], > 0; local nodes, then node `end` unless it is the last
-  std::vector<double> ground_stiffness;  ///< line to reference axis [N/m], infinite: held; as filter_stiffness
+  std::vector<double> ground_stiffness;  ///< line to reference axis [N/m], infinite: fixed; as filter_stiffness
   double left_rotation = 0.0;            ///< rotational spring at the first node of all [N m/rad]; infinite: clamped
   double right_rotation = 0.0;           ///< the same at the last node
   /// Factors of the two unknowns (displacement, moment) per node in the operator's rows and columns; 0: the unknown is

@@ -28,7 +28,7 @@ class PointOrder {
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
   /// @name One value a point @note Collective unless nothing moves.
   /// @{
-  [[nodiscard]] std::vector<double> to_user(std::span<const double> held) const;
+  [[nodiscard]] std::vector<double> to_user(std::span<const double> own) const;
   [[nodiscard]] std::vector<double> from_user(std::span<const double> ordered) const;
   /// @}
 

@@ -129,8 +129,8 @@ class ContactState {
   void release_pulled(double time, double acceleration, std::span<const double> stretch);
   /// Applies the law to every mass on its support at one instant, and releases those that are due to lift.
   void resolve(const ContactInstant& now);
-  /// @brief The nodes of this rank that were hit, rested or held the line from `since` until just before `until`, a
-  /// time in the step.
+  /// @brief The nodes of this rank that were hit, rested or pressed on by the line from `since` until just before
+  /// `until`, a time in the step.
   /// @param resting nonzero for each local node that rests at `until`
   [[nodiscard]] ContactZone zone(double since, double until, std::span<const std::uint8_t> resting);
   /// @}

@@ -46,7 +46,7 @@ class Equations {
  public:
   /// @param contact supports that hold the line; null: nothing does
   /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
-  /// a line that is held
+  /// a line in contact
   Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
             std::unique_ptr<LineContact> contact = nullptr);
 
@@ -57,7 +57,8 @@ class Equations {
   /// Whether the masses are on filter springs, not those of the line itself.
   [[nodiscard]] bool filtered() const noexcept { return !line_->parameters().unfiltered; }
 
-  /// @brief Solves for the line at a time, held by its supports. @param[in] mass_position Ym [m] @note Collective.
+  /// @brief Solves for the line at a time, with what its supports do to it. @param[in] mass_position Ym [m] @note
+  /// Collective.
   void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
 
   /// @brief d(Vm) [m/s]: the rate of the stretch while loads are steady. @param[in] mass_velocity Vm [m/s]

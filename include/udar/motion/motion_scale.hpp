@@ -34,7 +34,7 @@ struct MotionScale {
 /// sag under gravity, supports that move, and loads up to the end of the run. What builds up slowly is left to `grow`.
 /// Source: docs/theory.md, "The scale of the motion"
 /// @param runs nodes under supports, whoever touches @param end of the run [s]
-/// @note Collective: at most two line solves, the line held by nothing.
+/// @note Collective: at most two line solves, the line free.
 /// @throws InputError naming the option that asks for places too far away to resolve the beam in double precision
 [[nodiscard]] MotionScale motion_scale(Equations& equations, const InitialState& initial,
                                        std::span<const ContactSet> sets, double end);
