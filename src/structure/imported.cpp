@@ -97,9 +97,21 @@ petsc::Vector vector_for(Mat matrix) {
   return vector;
 }
 
-double sum_of(Vec vector) {
+/// The same bits on any number of ranks.
+double sum_of(MPI_Comm comm, Vec vector) {
+  petsc::Handle<VecScatter, VecScatterDestroy> scatter;
+  petsc::Vector gathered;
+  UDAR_CALL(VecScatterCreateToZero(vector, scatter.put(), gathered.put()));
+  UDAR_CALL(VecScatterBegin(scatter, vector, gathered, INSERT_VALUES, SCATTER_FORWARD));
+  UDAR_CALL(VecScatterEnd(scatter, vector, gathered, INSERT_VALUES, SCATTER_FORWARD));
+  PetscInt count = 0;
+  UDAR_CALL(VecGetLocalSize(gathered, &count));
   double sum = 0.0;
-  UDAR_CALL(VecSum(vector, &sum));
+  {
+    const petsc::ReadArray values{gathered};
+    sum = std::accumulate(values.values(), values.values() + count, 0.0);
+  }
+  MPI_Bcast(&sum, 1, MPI_DOUBLE, 0, comm);
   return sum;
 }
 
@@ -137,14 +149,22 @@ ImportedStructure::ImportedStructure(MPI_Comm comm, const ImportParameters& para
 
 petsc::Vector ImportedStructure::lumped(Mat mass, Lumping lumping) {
   petsc::Vector sums = vector_for(mass);
-  UDAR_CALL(MatGetRowSum(mass, sums));
-  total_mass_ = sum_of(sums);
+  {
+    PetscInt begin = 0;
+    UDAR_CALL(MatGetOwnershipRange(mass, &begin, nullptr));
+    UDAR_CALL(VecSet(sums, 0.0));
+    const petsc::WriteArray values{sums};
+    for (const MatrixEntry& entry : local_entries(mass)) {  // in the order of columns, whatever ranks have them
+      values.values()[entry.row - begin] += entry.value;
+    }
+  }
+  total_mass_ = sum_of(comm_, sums);
   if (lumping == Lumping::row) {
     return sums;
   }
   petsc::Vector diagonal = vector_for(mass);
   UDAR_CALL(MatGetDiagonal(mass, diagonal));
-  const double trace = sum_of(diagonal);
+  const double trace = sum_of(comm_, diagonal);
   UDAR_CALL(VecScale(diagonal, trace != 0.0 ? total_mass_ / trace : 1.0));
   return diagonal;
 }
@@ -175,7 +195,7 @@ void ImportedStructure::check_unknowns(Mat stiffness, Vec mass) const {
   if (!(total_mass_ > 0.0)) {
     throw InputError{"structure mass: the matrix has no mass"};
   }
-  const double lumped = sum_of(mass);
+  const double lumped = sum_of(comm_, mass);
   // Sums of the same numbers in another order.
   if (std::abs(lumped - total_mass_) > 1e-10 * total_mass_) {
     throw InputError{"structure mass: the lumped masses sum to " + text(lumped) + " kg and the matrix to " +
@@ -291,7 +311,7 @@ void ImportedStructure::describe(Description& all) const {
   all.add("structure", "import");
   all.add("unknowns", static_cast<double>(unknowns_));
   all.add("points", static_cast<double>(points_->total()));
-  all.add("mass [kg]", total_mass_);
+  all.add("mass, of all directions [kg]", total_mass_);
   all.add("stiffness and masses, checksum", std::to_string(checksum_));
 }
 

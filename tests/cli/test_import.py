@@ -54,18 +54,22 @@ class ImportedBeam(UdarTest):
 
     def test_it_moves_as_the_beam_that_wrote_it(self):
         for ranks in (1, 2, 3):
-            again = self.run_case({"options_file": self.file, **self.times, **imported(self.scratch / "beam")}, ranks,
-                                  name=f"np{ranks}")
+            # All of it on one rank; on more past the first contact, which lasts 0.21 s: messages of MUMPS take time.
+            until = BEFORE_CHAOS if ranks == 1 else 0.7
+            again = self.run_case({"options_file": self.file, **self.times, "ts_max_time": until,
+                                   **imported(self.scratch / "beam")}, ranks, name=f"np{ranks}")
             for name in ("mass", "velocity", "line"):
                 for gauge in range(5):
                     column = f"{name}_{gauge}"
-                    apart = np.abs(again.csv("gauges.csv")[column] - self.beam.csv("gauges.csv")[column]).max()
+                    curve = again.csv("gauges.csv")[column]
+                    apart = np.abs(curve - self.beam.csv("gauges.csv")[column][:len(curve)]).max()
                     allowed = APART * (50 if name == "velocity" else 1)
                     self.assertLess(apart, allowed, f"{column} on {ranks} ranks")
             there, here = (datasets(run.file("results.h5")) for run in (self.beam, again))
             order = np.argsort(here["unknown"])
             for name in ("mass_position", "mass_velocity", "line_position"):
-                apart = np.abs(here[f"fields/{name}"][:, order] - there[f"fields/{name}"]).max()
+                rows = here[f"fields/{name}"][:, order]
+                apart = np.abs(rows - there[f"fields/{name}"][:len(rows)]).max()
                 self.assertLess(apart, APART * (50 if name == "mass_velocity" else 1), f"{name} on {ranks} ranks")
 
     def test_a_restart_goes_on_with_another_number_of_ranks(self):
@@ -112,14 +116,17 @@ class SolidBar(UdarTest):
         self.assertRegex(shown.out, "the filter with impact +(pays|does not pay)")
 
     def test_its_underside_lands_on_the_supports(self):
-        for ranks, changes in ((2, {}), (1, {"contact_surface": "line"})):
-            fall = self.run_case({**self.options, "filter_frequency": 200, **changes}, ranks, name=f"np{ranks}")
-            summary = fall.summary()
-            # All of the underside starts 1 m above the supports, the massless solid by its weight's stretch below.
-            way = 1 - (9.81 / 200**2 if changes else 0)
-            self.assertAlmostEqual(summary["first_contact_time"], np.sqrt(2 * way / 9.81), delta=1e-9)
+        drop, fall = 0.01, {"filter_frequency": 200, "initial_height": 0.01 + SIDE / 2, "ts_max_time": 0.047}
+        for name, changes in (("mass", {}), ("line", {"contact_surface": "line"})):
+            fallen = self.run_case({**self.options, **fall, **changes}, name=name)
+            summary = fallen.summary()
+            # The underside starts above the supports by the drop, the massless solid by its weight's stretch less.
+            way = drop - (9.81 / 200**2 if changes else 0)
+            # Forces on the solid begin at a kink that is estimated from the gaps at the points of a step.
+            located = 1e-6 if changes else 1e-9
+            self.assertAlmostEqual(summary["first_contact_time"], np.sqrt(2 * way / 9.81), delta=located)
             self.assertLess(abs(summary["energy_drift"]), 1e-6)
-            with h5py.File(fall.file("results.h5")) as file:
+            with h5py.File(fallen.file("results.h5")) as file:
                 down = file["direction"][()] == 2
                 self.assertEqual(len(down), 1107)
                 self.assertAlmostEqual(file["mass"][()][down].sum(), 2355, delta=1e-6)
@@ -129,6 +136,15 @@ class SolidBar(UdarTest):
                     self.assertLess(file["y"][node], -SIDE / 2 + 1e-12)
                     self.assertTrue(down[node])
         self.assertGreater(summary["min_line_gap"], -1e-12, "contact forces hold the solid off")
+
+    def test_a_restart_knows_its_matrices_on_any_number_of_ranks(self):
+        options = {**self.options, "filter_frequency": 200, "ts_max_time": 0.01, "output_field_interval": 0}
+        self.run_case({**options, "ts_max_steps": 2}, 3, name="part", code=STOPPED_BY_STEPS)
+        rest = {**options, "restart_file": self.scratch / "part" / "restart.h5"}
+        self.run_case(rest, 2, name="rest")
+        other = run({**rest, "structure_lumping": "hrz", "output_directory": self.scratch / "other"})
+        self.assertEqual(other.code, 1, other)
+        self.assertIn("stiffness and masses, checksum", other.errors[0])
 
 
 class BadMatrices(UdarTest):

@@ -13,9 +13,9 @@ namespace udar {
 /// few impacts. It pays where w_max / wf > 2 s t_solve / t_product. Source: docs/imported.md, "Whether the filter pays"
 struct FilterCost {
   double highest_frequency = 0.0;  ///< w_max of the structure without a filter [rad/s]
-  double solve_time = 0.0;         ///< of one column [s], median
-  double batch_time = 0.0;         ///< of one column of four solved together [s], median
-  double product_time = 0.0;       ///< with the stiffness [s], median
+  double solve_time = 0.0;         ///< of one column [s]
+  double batch_time = 0.0;         ///< of one column of four solved together [s]
+  double product_time = 0.0;       ///< with the stiffness [s]
   double factor_nonzeros = 0.0;    ///< of all ranks; 0: the solver does not tell
 
   static constexpr double kImpactSolves = 25.0;
@@ -29,7 +29,7 @@ struct FilterCost {
 /// @param structure not a chain @note Collective. @throws SolveError if SLEPc does not converge
 [[nodiscard]] double highest_frequency(const Structure& structure);
 
-/// @brief Measures on an idle structure that is no chain, by a dozen of each.
+/// @brief Measures on an idle structure that is no chain, the least of eleven of each.
 /// @note Collective. @throws SolveError as a solve
 [[nodiscard]] FilterCost measure_cost(FilteredStructure& structure);
 
