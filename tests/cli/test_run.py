@@ -623,7 +623,8 @@ class Printing(UdarTest):
         """`udar -help | head` is no crash, though PETSc takes SIGPIPE."""
         reader = subprocess.Popen(["true"], stdin=subprocess.PIPE)
         reader.wait()
-        done = subprocess.run(command({"help": True}), stdout=reader.stdin, stderr=subprocess.PIPE, text=True, timeout=60)
+        done = subprocess.run(
+            command({"help": True}), stdout=reader.stdin, stderr=subprocess.PIPE, text=True, timeout=60)
         reader.stdin.close()
         self.assertEqual((done.returncode, done.stderr), (0, ""))
 
