@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "udar/petsc/array.hpp"
@@ -43,8 +44,27 @@ struct EigenQuery {
   PetscInt count = 1;
   EPSWhich end = EPS_SMALLEST_REAL;
   double tolerance = 1e-10;
-  EPSConv measure = EPS_CONV_REL;  // residual relative to the eigenvalue, or as it is
+  EPSConv measure = EPS_CONV_REL;                 // residual relative to the eigenvalue, or as it is
+  PetscInt basis = PETSC_DEFAULT;                 // vectors of the Lanczos basis
+  std::span<const std::vector<double>> beside{};  // M-orthonormal shapes that are known
 };
+
+/// M^(1/2) shape of what is known: the solver looks beside these.
+void deflate(EPS solver, const FilteredStructure& line, Vec like, std::span<const std::vector<double>> shapes) {
+  std::vector<petsc::Vector> owned(shapes.size());
+  std::vector<Vec> known;
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    UDAR_CALL(VecDuplicate(like, owned[k].put()));
+    const petsc::WriteArray values{owned[k]};
+    for (std::size_t i = 0; i < shapes[k].size(); ++i) {
+      values.values()[i] = std::sqrt(line.mass()[i]) * shapes[k][i];
+    }
+    known.push_back(owned[k]);
+  }
+  if (!known.empty()) {
+    UDAR_CALL(EPSSetDeflationSpace(solver, static_cast<PetscInt>(known.size()), known.data()));
+  }
+}
 
 /// Eigenvalues from the end asked for on, as many as have converged, and with `shapes` their vectors.
 std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wanted,
@@ -72,11 +92,12 @@ std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wante
   UDAR_CALL(EPSSetOperators(solver, shell, nullptr));
   UDAR_CALL(EPSSetProblemType(solver, EPS_HEP));
   UDAR_CALL(EPSSetWhichEigenpairs(solver, wanted.end));
-  UDAR_CALL(EPSSetDimensions(solver, std::min(wanted.count, total), PETSC_DEFAULT, PETSC_DEFAULT));
+  UDAR_CALL(EPSSetDimensions(solver, std::min(wanted.count, total), wanted.basis, PETSC_DEFAULT));
   UDAR_CALL(EPSSetConvergenceTest(solver, wanted.measure));
   UDAR_CALL(EPSSetTolerances(solver, wanted.tolerance, PETSC_DEFAULT));
   std::array<Vec, 1> first{vector};
   UDAR_CALL(EPSSetInitialSpace(solver, 1, first.data()));
+  deflate(solver, line, vector, wanted.beside);
   UDAR_CALL(EPSSetFromOptions(solver));
   UDAR_CALL(EPSSolve(solver));
 
@@ -204,6 +225,27 @@ std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters
   std::vector<Mode> modes = modes_of(line, {.count = count, .tolerance = 1e-13, .measure = EPS_CONV_ABS}, true);
   for (Mode& mode : modes) {
     mode.filtered = wf > 0.0 ? filtered_frequency(mode.frequency, wf) : 0.0;
+  }
+  return modes;
+}
+
+std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known, PetscInt count) {
+  const PetscInt total = line.points().total() - static_cast<PetscInt>(known.size());
+  EigenQuery wanted{.count = count, .tolerance = 1e-10, .measure = EPS_CONV_ABS};
+  wanted.basis = std::min(2 * (count + static_cast<PetscInt>(known.size())) + 4, total);
+  wanted.beside = known;
+  std::vector<std::vector<double>> shapes;
+  const std::vector<double> values = eigenvalues(line, wanted, &shapes);
+  if (static_cast<PetscInt>(values.size()) < count) {
+    throw SolveError{"only " + std::to_string(values.size()) + " of " + std::to_string(count) +
+                     " modes converged (see -filter_eps_monitor, -filter_eps_max_it)"};
+  }
+  std::vector<Mode> modes;
+  const double wf = line.filter_frequency();
+  for (std::size_t i = 0; static_cast<PetscInt>(i) < count; ++i) {
+    modes.push_back({.frequency = wf * std::sqrt(values[i] / (1.0 - values[i])),
+                     .filtered = wf * std::sqrt(values[i]),
+                     .shape = std::move(shapes[i])});
   }
   return modes;
 }

@@ -2,7 +2,8 @@
 """Checks who includes whom in include/udar and src: one walk through the rooms, no way back.
 
     petsc <- numerics <- structure <- filter <- contact <- motion <- integrators <- dynamics <- app
-    local stands beside motion and knows numerics and contact alone; io knows nothing of filter and integrators
+    local stands beside motion and knows numerics and contact alone; modal stands beside motion;
+    io knows nothing of filter and integrators
 
 Words neither: below the program no message names an option that only the program reads; it names the quantity,
 "support damping: ..." or `filter frequency`, and the program adds the key (petsc::with_option_keys).
@@ -23,7 +24,18 @@ MAY_INCLUDE = {
     "contact": {"petsc", "numerics", "structure", "filter", "contact"},
     "motion": {"petsc", "numerics", "structure", "filter", "contact", "motion"},
     "local": {"numerics", "contact", "local"},
-    "integrators": {"petsc", "numerics", "structure", "filter", "contact", "motion", "local", "integrators"},
+    "modal": {"petsc", "numerics", "structure", "filter", "contact", "modal"},
+    "integrators": {
+        "petsc",
+        "numerics",
+        "structure",
+        "filter",
+        "contact",
+        "motion",
+        "local",
+        "modal",
+        "integrators",
+    },
     "dynamics": {"petsc", "numerics", "structure", "filter", "contact", "motion", "integrators", "dynamics"},
     "io": {"petsc", "numerics", "structure", "contact", "motion", "io"},
     "app": {"petsc", "numerics", "structure", "filter", "contact", "motion", "integrators", "dynamics", "io", "app"},

@@ -2,6 +2,7 @@
 /// @file
 /// What the filter does to the natural frequencies of a structure.
 
+#include <span>
 #include <vector>
 
 #include "udar/filter/filtered_structure.hpp"
@@ -38,6 +39,12 @@ struct Mode {
 /// same bits on the same number of ranks.
 /// @throws SolveError if SLEPc does not converge
 [[nodiscard]] std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters& filter, PetscInt count);
+
+/// @brief The lowest modes beside some that are known, with shapes. @param known M-orthonormal shapes, local points
+/// @param line whose filter frequency separates the modes wanted from the others: a third of the last one's
+/// @note Collective; about twice as many line solves as there are modes. @throws SolveError if SLEPc does not converge
+[[nodiscard]] std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known,
+                                             PetscInt count);
 
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
 /// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge

@@ -1,0 +1,173 @@
+// ranks: 1; size: short
+/// @file
+/// The exact motion of reduced models against closed forms.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <vector>
+
+#include "udar/modal/exact_phases.hpp"
+#include "udar/modal/oscillator.hpp"
+#include "udar/modal/reduced_model.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kMass = 2500.0;  // [kg]
+
+/// A beam of two rigid modes over one support in its middle.
+ReducedModel over_centre(double compliance, double give) {
+  return {.frequency = {0.0, 0.0}, .row = {1.0 / std::sqrt(kMass), 0.0}, .compliance = {compliance}, .give = {give}};
+}
+
+Drive weight(double gravity, std::vector<double> offset) {
+  return {.load = {-gravity * std::sqrt(kMass), 0.0}, .offset = std::move(offset)};
+}
+
+TEST(ExactPhases, FlatFallOnACentralSupportLeavesAsItCame) {
+  const double compliance = 3e-7;
+  const double give = 1.0 / 2e8;
+  const ReducedModel model = over_centre(compliance, give);
+  const double speed = 4.0;
+  const double omega = 1.0 / std::sqrt(kMass * (compliance + give));
+  ExactPhases motion{model};
+  ModalState state{2, 1};
+  state.velocity[0] = -speed * std::sqrt(kMass);
+  motion.start(state, weight(kGravity, {0.0}));
+  ASSERT_EQ(motion.now().touches[0], 1);
+  const double contact = (std::numbers::pi + 2.0 * std::atan(kGravity / (omega * speed))) / omega;
+  const double lowest = 0.5 * contact;
+  const double largest = kMass * (kGravity + std::hypot(kGravity, omega * speed));
+  EXPECT_NEAR(motion.at(lowest).force[0], largest, 1e-12 * largest);
+  // 1e-13: a zero is found to the rounding of its function.
+  EXPECT_NEAR(motion.advance(1.0), contact, 1e-13);
+  EXPECT_EQ(motion.now().touches[0], 0);
+  EXPECT_NEAR(motion.now().velocity[0], speed * std::sqrt(kMass), 1e-12 * speed * std::sqrt(kMass));
+  // And it comes back after the flight of a ball.
+  EXPECT_NEAR(motion.advance(10.0), contact + 2.0 * speed / kGravity, 1e-12);
+  EXPECT_EQ(motion.changes(), 2U);
+}
+
+TEST(ExactPhases, WhatIsLaidDownStaysThere) {
+  const ReducedModel model = over_centre(3e-7, 0.0);
+  const double weighs = kMass * kGravity;
+  ModalState state{2, 1};
+  state.amplitude[0] = -weighs * 3e-7 * std::sqrt(kMass);
+  ExactPhases motion{model};
+  motion.start(state, weight(kGravity, {0.0}));
+  EXPECT_DOUBLE_EQ(motion.advance(100.0), 100.0);
+  EXPECT_NEAR(motion.now().force[0], weighs, 1e-12 * weighs);
+  EXPECT_NEAR(motion.now().velocity[0], 0.0, 1e-12);
+}
+
+TEST(ExactPhases, WhatIsReleasedAtTheSupportTouchesAtOnce) {
+  const ReducedModel model = over_centre(3e-7, 0.0);
+  ExactPhases motion{model};
+  motion.start(ModalState{2, 1}, weight(kGravity, {0.0}));
+  ASSERT_EQ(motion.now().touches[0], 1);
+  const double omega = 1.0 / std::sqrt(kMass * 3e-7);
+  const double half_way = std::numbers::pi / omega;
+  EXPECT_NEAR(motion.at(half_way).force[0], 2.0 * kMass * kGravity, 1e-9 * kMass * kGravity);
+}
+
+TEST(ExactPhases, ALoadThatGrowsAndASupportThatRisesAreExact) {
+  // Held between a support and its weight: y = u t - g t^2/2 + a t^3/6 until it touches again.
+  const ReducedModel model = over_centre(3e-7, 0.0);
+  ModalState state{2, 1};
+  state.velocity[0] = 1.0 * std::sqrt(kMass);
+  Drive drive = weight(kGravity, {0.0});
+  drive.load_rate = {-6.0 * std::sqrt(kMass), 0.0};
+  drive.offset_rate = {-0.25};  // the support rises
+  ExactPhases motion{model};
+  motion.start(state, drive);
+  const double back = motion.advance(10.0);
+  EXPECT_NEAR(0.75 * back - 0.5 * kGravity * back * back - back * back * back, 0.0, 1e-14);
+}
+
+/// Four points, six modes of a beam-like sort.
+ReducedModel table(double give) {
+  ReducedModel model;
+  model.frequency = {0.0, 0.0, 60.0, 170.0, 330.0, 540.0};
+  const std::vector<double> places{-0.8, -0.3, 0.3, 0.8};
+  for (const double x : places) {
+    for (std::size_t m = 0; m < 6; ++m) {
+      const double shape = m == 0 ? 1.0
+                           : m == 1
+                               ? std::sqrt(3.0) * x
+                               : std::sqrt(2.0) * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
+      model.row.push_back(shape / std::sqrt(kMass));
+    }
+  }
+  model.compliance.assign(16, 0.0);
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      model.compliance[i * 4 + j] = 2e-9 * std::exp(-3.0 * std::abs(places[i] - places[j]));
+    }
+  }
+  model.give.assign(4, give);
+  return model;
+}
+
+TEST(ExactPhases, KeepsItsEnergyOverManyChanges) {
+  const ReducedModel model = table(1e-8);
+  ModalState state{6, 4};
+  state.velocity[0] = -3.0 * std::sqrt(kMass);
+  state.velocity[1] = 0.4 * std::sqrt(kMass);
+  Drive drive{.load = std::vector<double>(6, 0.0), .offset = {0.01, 0.02, 0.03, 0.04}};
+  drive.load[0] = -kGravity * std::sqrt(kMass);
+  ExactPhases motion{model};
+  motion.start(state, drive);
+  const double before = modal_energy(model, drive, motion.now()).total();
+  while (motion.advance(2.0) < 2.0) {
+  }
+  EXPECT_GT(motion.changes(), 20U);
+  // Rounding of some hundred phases.
+  EXPECT_NEAR(modal_energy(model, drive, motion.now()).total(), before, 1e-12 * before);
+}
+
+TEST(ExactPhases, MirrorImagesTouchTogether) {
+  const ReducedModel model = table(1e-8);
+  ModalState state{6, 4};
+  state.velocity[0] = -3.0 * std::sqrt(kMass);
+  Drive drive{.load = std::vector<double>(6, 0.0), .offset = std::vector<double>(4, 0.0)};
+  drive.load[0] = -kGravity * std::sqrt(kMass);
+  ExactPhases motion{model};
+  motion.start(state, drive);
+  while (motion.advance(1.0) < 1.0) {
+    EXPECT_EQ(motion.now().touches[0], motion.now().touches[3]);
+    EXPECT_EQ(motion.now().touches[1], motion.now().touches[2]);
+  }
+  EXPECT_GT(motion.changes(), 4U);
+  // A landing makes rounding some hundred times larger.
+  EXPECT_NEAR(motion.now().amplitude[1], 0.0, 1e-12);
+}
+
+TEST(Oscillator, SeriesAndSinesAgree) {
+  // On both sides of where one gives way to the other, with and without damping.
+  for (const double ratio : {0.0, 0.01, 0.5}) {
+    const double w = 100.0;
+    const Oscillator below = Oscillator::after(0.005 * (1.0 - 1e-14), w, ratio);
+    const Oscillator above = Oscillator::after(0.005 * (1.0 + 1e-14), w, ratio);
+    EXPECT_NEAR(below.c, above.c, 1e-14);
+    EXPECT_NEAR(below.s, above.s, 1e-16);
+    EXPECT_NEAR(below.ds, above.ds, 1e-14);
+    EXPECT_NEAR(below.f2 * w * w, above.f2 * w * w, 1e-14);
+    EXPECT_NEAR(below.f3 * w * w * w, above.f3 * w * w * w, 1e-14);
+  }
+}
+
+TEST(Oscillator, KeepsItsPhaseOverManyPeriods) {
+  const double w = 60.0;
+  const double period = 2.0 * std::numbers::pi / w;
+  const Oscillator after = Oscillator::after(1e4 * period, w);
+  EXPECT_NEAR(after.c, 1.0, 1e-12);
+  EXPECT_NEAR(after.s * w, 0.0, 1e-11);  // rounding of an angle of 6e4
+}
+
+}  // namespace
+}  // namespace udar
