@@ -27,6 +27,11 @@ double even_step(double wished, double interval, double end) {
 
 FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const ModelParameters& model) {
   FilterParameters filter = input.filter.parameters;
+  if (input.filter.modal) {
+    constexpr double kSample = 1e-4;  // [s], of forces and rows alone: nothing is integrated in steps
+    filter.filter_frequency = 2.0 / kSample;
+    return filter;
+  }
   if (filter.unfiltered && input.time.step > 0.0) {
     filter.filter_frequency = 2.0 / even_step(input.time.step, input.output.output.interval, input.time.end);
   }
@@ -67,7 +72,7 @@ CaseInput read_case(MPI_Comm comm) {
   for (const double gauge : input.structure.imported ? std::vector<double>{} : input.output.gauges) {
     require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.beam.length()});
   }
-  input.time = read_time(comm, input.filter.parameters.unfiltered);
+  input.time = read_time(comm, input.filter.parameters.unfiltered && !input.filter.modal);
   if (input.contact.contact.surface == ContactSurface::line && input.filter.exact.any()) {
     throw InputError{
         "options -filter_correct_modes and -filter_correct_mode are not for -contact_surface line: in these modes the "
@@ -93,6 +98,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
     settled.contact.surface = ContactSurface::line;
   }
   settled.exact = input.filter.exact;
+  settled.modal = input.filter.modal;
   settled.gauges = input.output.gauges;
   settled.output = input.output.output;
   settled.output.force_window = settled_force_window(input.output.output.force_window, settled);

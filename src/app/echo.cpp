@@ -115,7 +115,9 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << ' ' << mode.frequency << (&mode == &modes.back() ? " rad/s" : ",");
   }
   text << (modes.empty() ? " none" : ", without the filter") << '\n';
-  if (input.filter.unfiltered) {
+  if (input.modal) {
+    text << "filter    none, modes alone\n";
+  } else if (input.filter.unfiltered) {
     text << "filter    none, time step " << 2.0 / line.filter_frequency() << " s\n";
   } else {
     text << "filter    wf = " << line.filter_frequency() << " rad/s";

@@ -72,7 +72,7 @@ void print_warnings(const Case& input, const FilteredStructure& line, const std:
                     : "");
   }
   const double angle = 2.0 / line.filter_frequency() * (modes.empty() ? 0.0 : modes.front().frequency);
-  if (line.parameters().unfiltered && angle > 1.0) {
+  if (line.parameters().unfiltered && !input.modal && angle > 1.0) {
     petsc::warn(comm,
                 "the time step of %g s is %.3g times 1 / w1 of the beam's first bending frequency w1 = %.4g rad/s: it "
                 "does not resolve even its slowest vibration; lower -ts_dt",

@@ -76,10 +76,12 @@ void add_cost(Description& built, FilteredStructure& line) {
   }
 }
 
-void add_filter(Description& built, const FilteredStructure& line) {
+void add_filter(Description& built, const FilteredStructure& line, bool modal) {
   const BeamChain* beam = line.structure().chain();
   const double wf = line.filter_frequency();
-  if (line.parameters().unfiltered) {
+  if (modal) {
+    built.add("filter", "none, modes alone");
+  } else if (line.parameters().unfiltered) {
     built.add("time step [s]", rounded(2.0 / wf));
   } else {
     if (beam != nullptr) {
@@ -167,7 +169,7 @@ void print_view(const Case& input, FilteredStructure& line, const std::vector<Mo
   print(comm, "case, as a restart compares it:", describe(input, line.structure()));
   Description built;
   add_structure(built, line);
-  add_filter(built, line);
+  add_filter(built, line, input.modal);
   if (line.structure().chain() == nullptr) {
     add_cost(built, line);
   }

@@ -218,7 +218,9 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   row.internal.resize(filter.internal_fields().size() * count());
   filter.internal_values(row.line.moment, row.internal);
   row.support_impulse.assign(contact_.support_impulses().size(), 0.0);  // within the step
-  contact_.journal().add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
+  if (!step.add_impulses(time, row.support_impulse)) {
+    contact_.journal().add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
+  }
   balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses}, step,
                   row.support_impulse, tolerated_error());
   std::ranges::transform(contact_.support_impulses(), row.support_impulse, row.support_impulse.begin(), std::plus{});

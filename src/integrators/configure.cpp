@@ -12,6 +12,7 @@
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/ts_chebyshev.hpp"
 #include "udar/integrators/ts_impact.hpp"
+#include "udar/integrators/ts_modal.hpp"
 #include "udar/integrators/ts_moreau.hpp"
 #include "udar/petsc/compat.hpp"
 #include "udar/petsc/error.hpp"
@@ -20,8 +21,8 @@ namespace udar {
 namespace {
 
 /// Every type there is; the default is the first that knows what is needed and serves so many contact nodes.
-constexpr std::array kTypes{kMoreauType,     kChebyshevType, kImpactType,
-                            kRungeKuttaType, kEulerType,     kStabilityPreservingType};
+constexpr std::array kTypes{kMoreauType, kChebyshevType,           kImpactType, kRungeKuttaType,
+                            kEulerType,  kStabilityPreservingType, kModalType};
 
 /// What a user calls a feature.
 struct FeatureName {

@@ -97,7 +97,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
     const EnergyFlow flow = step.flow(row.time);
     sums[work] = flow.work;
     sums[damped] = flow.damped;
-    sums[springs] = contact_->spring_energy(row.time, row.masses.position);
+    sums[springs] = flow.stored + contact_->spring_energy(row.time, row.masses.position);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
                 equations_->points().comm());

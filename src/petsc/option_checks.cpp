@@ -26,7 +26,7 @@ using Words = std::vector<std::string>;
 
 constexpr std::array kOwnGroups = {"damping_", "ground_",  "beam_",  "structure_", "filter_", "support_",
                                    "contact_", "initial_", "load_",  "gauge_",     "output_", "restart_",
-                                   "udar_",    "bench_",   "study_", "gravity",    "floor"};
+                                   "udar_",    "bench_",   "study_", "modal_",     "gravity", "floor"};
 /// What PETSc and SLEPc put behind the prefix of the line solver, nested solvers included.
 constexpr std::array kSolverGroups = {"filter_ksp_",       "filter_pc_",         "filter_mat_",    "filter_sub_",
                                       "filter_mg_",        "filter_eps_",        "filter_st_",     "filter_redundant_",

@@ -197,9 +197,12 @@ TEST(Features, OfAProblemDecideWhichIntegratorIsTheDefault) {
   EXPECT_EQ(type(parameters), "impact");
   parameters.filter = test::unfiltered(1e-3);
   EXPECT_EQ(type(parameters), "moreau");
+  const auto refusal = [&] { return test::failure_of<InputError>([&] { test::Fall{parameters}; }); };
+  parameters.damping.mass = 1.0;
+  EXPECT_NE(refusal().find("no integrator knows both"), std::string::npos) << refusal();
+  parameters.damping = {};
   parameters.supports[0].stiffness = 1e6;
-  const std::string message = test::failure_of<InputError>([&] { test::Fall{parameters}; });
-  EXPECT_NE(message.find("no integrator knows both"), std::string::npos) << message;
+  EXPECT_NE(refusal().find("expected modal"), std::string::npos) << refusal();
 }
 
 }  // namespace

@@ -28,6 +28,7 @@ void release_if_large(std::vector<Value>& list) {
 struct EnergyFlow {
   double work = 0.0;    ///< in from moving supports
   double damped = 0.0;  ///< out by dampers
+  double stored = 0.0;  ///< at its end, in springs of supports that the integrator alone knows the force of
 };
 
 /// @brief Impacts, rests, forces and energy of one step, of this rank's masses. Not collective.

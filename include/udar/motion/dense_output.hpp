@@ -33,6 +33,9 @@ class DenseOutput {
   [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }
   /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
   [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
+  /// @brief Adds what each support gave from the start of the step to a time within it [N s], y up, this rank's share.
+  /// @return false: it knows no more than the journal of the step
+  [[nodiscard]] virtual bool add_impulses(double /*until*/, std::span<double> /*sums*/) const { return false; }
 };
 
 }  // namespace udar

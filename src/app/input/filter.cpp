@@ -1,11 +1,26 @@
+#include <array>
+#include <string_view>
+
 #include "app/input/readers.hpp"
+#include "udar/integrators/ts_modal.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::app {
 
 using petsc::OptionGroup;
+
+namespace {
+
+bool is_modal() {
+  std::array<char, 32> type{};
+  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type.data(), type.size(), nullptr));
+  return std::string_view{type.data()} == kTsModal;
+}
+
+}  // namespace
 
 FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   OptionGroup group{
@@ -17,9 +32,13 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
       "-filter_frequency", filter.parameters.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
       "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
       "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
-      "required");
-  filter.parameters.unfiltered = word == "none";
-  filter.automatic = word == "auto";
+      "required but for -ts_type modal, which has none");
+  filter.modal = is_modal();
+  filter.parameters.unfiltered = word == "none" || filter.modal;
+  filter.automatic = word == "auto" && !filter.modal;
+  if (filter.modal && given && word != "none") {
+    petsc::warn(comm, "-filter_frequency is not used: -ts_type modal has no filter");
+  }
   const bool accuracy_given =
       group.real("-filter_accuracy", filter.accuracy, "-", {.lowest = 0.0, .highest = 0.5, .lowest_excluded = true},
                  "for -filter_frequency auto: how much the filter may lower a frequency that "
@@ -59,7 +78,7 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   group.integer("-filter_pc_chain_lanes", lanes, petsc::between(0.0, 8.0),
                 "spans of line that the chain solver treats side by side in vector registers: 8, 4 or 1; 0: what "
                 "the processor has");  // read by the preconditioner itself
-  if (!given && !petsc::Session::help_requested()) {
+  if (!given && !filter.modal && !petsc::Session::help_requested()) {
     throw InputError{"option -filter_frequency is required: a number > 0 [rad/s] or auto"};
   }
   return filter;

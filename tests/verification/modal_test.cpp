@@ -1,0 +1,252 @@
+// ranks: 1 2 3; size: short
+/// @file
+/// The modal integrator: closed forms, converged landings of the steel beam, energy, restart, refusals.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/steel_beam.hpp"
+#include "support/world.hpp"
+#include "udar/modal/exact_phases.hpp"
+#include "udar/modal/modal_model.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kRigid = std::numeric_limits<double>::infinity();
+const double kSpeed = std::sqrt(2.0 * kGravity);  // of a fall of 1 m [m/s]
+
+Support point_at(double x, double stiffness) { return {.position = x, .stiffness = stiffness}; }
+
+/// The beam that touches its supports at t = 0, flat.
+ModelParameters landing(PetscInt elements, std::vector<Support> supports, double speed = kSpeed) {
+  return {.beam = test::steel_beam(elements),
+          .filter = test::unfiltered(1e-4),
+          .gravity = kGravity,
+          .loads = {},
+          .initial = {.velocity = -speed},
+          .supports = std::move(supports)};
+}
+
+std::vector<Support> two(double stiffness) { return {point_at(2.0, stiffness), point_at(8.0, stiffness)}; }
+
+/// Speed of the centre of mass at the end of a run [m/s].
+double centre_speed(const test::Fall& fall) {
+  return test::momentum_of(fall.line, fall.dynamics) / fall.beam.total_mass();
+}
+
+TEST(Modal, TwoRigidModesOnACentralSupportAreABall) {
+  if (test::world_size() > 1) {
+    GTEST_SKIP() << "three nodes are one rank's";
+  }
+  // Three nodes: the line between them gives way by L^3 / (192 EI) beside its rigid motions.
+  const double stiffness = 3e6;
+  const test::Option type{"-ts_type", "modal"};
+  const test::Option modes{"-modal_modes", "2"};
+  const test::Option end{"-ts_max_time", "0.2"};
+  test::Fall fall{landing(2, {point_at(5.0, stiffness)})};
+  fall.dynamics.solve();
+  const double mass = fall.beam.total_mass();
+  const double give = 1000.0 / (192.0 * test::steel_beam(2).segments[0].bending_stiffness) + 1.0 / stiffness;
+  const double omega = 1.0 / std::sqrt(mass * give);
+  const double contact = (std::numbers::pi + 2.0 * std::atan(kGravity / (omega * kSpeed))) / omega;
+  EXPECT_EQ(fall.dynamics.counts().first_contact_time, 0.0);
+  // 1e-12: the static column is settled to 1e-13.
+  EXPECT_NEAR(fall.dynamics.counts().last_contact_time, contact, 1e-12 * contact);
+  EXPECT_NEAR(centre_speed(fall), kSpeed - kGravity * (0.2 - contact), 1e-11);
+}
+
+/// Of a flat fall on two supports with a stiffness.
+struct Landing {
+  PetscInt elements;
+  double stiffness;  // of each support [N/m]
+  double second;     // [s]
+  double rebound;    // speed at the height of the touch over that of the fall; 0: not known for this mesh
+};
+
+class Landings : public testing::TestWithParam<Landing> {};
+
+TEST_P(Landings, AreThoseOfAnotherCode) {
+  const PetscInt elements = GetParam().elements;
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(elements)};
+  const std::size_t count = beam.points().points();
+  std::vector<double> weight(count);
+  std::ranges::transform(beam.points().mass(), weight.begin(), [](double mass) { return -kGravity * mass; });
+  std::vector<LinePoint> points(2);
+  points[0].node = elements / 5;
+  points[1].node = 4 * elements / 5;
+  points[0].compliance = points[1].compliance = 1.0 / GetParam().stiffness;
+  const ModalModel model{beam, {}, weight, std::vector<double>(count, 0.0), points, {.modes = 32}};
+  EXPECT_LE(model.solves(), 100);
+  ExactPhases motion{model.reduced()};
+  motion.start(model.project(0.0, std::vector<double>(count, 0.0), std::vector<double>(count, -kSpeed)), model.drive());
+  const double before = modal_energy(model.reduced(), model.drive(), motion.now()).total();
+  const auto touching = [&] { return std::ranges::any_of(motion.now().touches, [](auto one) { return one != 0; }); };
+  const auto mean = [&](std::span<const double> values) {
+    return std::inner_product(values.begin(), values.end(), model.drive().load.begin(), 0.0) /
+           (-kGravity * beam.total_mass());
+  };
+  double second = 0.0;
+  double rebound = 0.0;
+  double left = 0.0;
+  while (motion.now().time < 1.6) {
+    const bool touched = touching();
+    const double time = motion.advance(1.6);
+    if (second == 0.0 && !touched && touching() && time - left > 0.1) {
+      second = time;
+    }
+    if (touched && !touching()) {
+      left = time;
+      // Weight acts on the modes as masses weigh in the centre.
+      const double speed = mean(motion.now().velocity);
+      const double height = mean(motion.now().amplitude);
+      rebound = second == 0.0 ? std::sqrt(speed * speed + 2.0 * kGravity * height) / kSpeed : rebound;
+    }
+  }
+  EXPECT_NEAR(second, GetParam().second, 1e-5);
+  if (GetParam().rebound > 0.0) {
+    EXPECT_NEAR(rebound, GetParam().rebound, 1e-4);
+  }
+  // Over three landings.
+  EXPECT_NEAR(modal_energy(model.reduced(), model.drive(), motion.now()).total(), before, 1e-12 * before);
+}
+
+// Event-driven motion of a prototype: lumped masses of 160 elements, and a continuous beam, here 1280.
+INSTANTIATE_TEST_SUITE_P(Modal, Landings,
+                         testing::Values(Landing{160, 2e7, 0.86339, 0.0}, Landing{160, 2e8, 0.73851, 0.0},
+                                         Landing{160, 2e9, 0.67620, 0.0}, Landing{1280, 2e7, 0.86332, 0.9252},
+                                         Landing{1280, 2e8, 0.73875, 0.7975}, Landing{1280, 2e9, 0.67621, 0.7267}));
+
+TEST(Modal, KeepsItsLedgerOnAnyRanks) {
+  const test::Option type{"-ts_type", "modal"};
+  const test::Option modes{"-modal_modes", "24"};
+  const test::Option end{"-ts_max_time", "1.0"};
+  test::Recorder rows{0.01};
+  test::Fall fall{landing(160, two(2e8))};
+  fall.dynamics.add_observer(rows);
+  fall.dynamics.solve();
+  // Heights of 2 m and moments of a mesh, both rounded; the modal energies keep 1e-12.
+  EXPECT_LE(rows.largest_drift(), 1e-10);
+  // What supports gave is what the beam got, in every row.
+  const double mass = fall.beam.total_mass();
+  for (std::size_t k = 0; k < rows.times.size(); ++k) {
+    double momentum = 0.0;
+    for (std::size_t i = 0; i < rows.velocities[k].size(); ++i) {
+      momentum += fall.line.mass()[i] * rows.velocities[k][i];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    const double given = rows.support_impulses[k][0] + rows.support_impulses[k][1];
+    EXPECT_NEAR(momentum, given - mass * (kSpeed + kGravity * rows.times[k]), 1e-10 * mass * kSpeed);
+  }
+  // As it was on one rank, after the second landing, but for what sums round by.
+  constexpr double kCentreSpeed = 0.52370198074;
+  EXPECT_NEAR(centre_speed(fall), kCentreSpeed, 1e-10);
+}
+
+TEST(Modal, RestsInEquilibriumWhateverTheModes) {
+  // The static sag of a beam on two springs is exact for any k: a beam at rest in it stays there.
+  for (const PetscInt count : {2, 4, 10}) {
+    const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
+    const std::size_t nodes = beam.points().points();
+    std::vector<double> weight(nodes);
+    std::ranges::transform(beam.points().mass(), weight.begin(), [](double mass) { return -kGravity * mass; });
+    std::vector<LinePoint> points(2);
+    points[0].node = 4;
+    points[1].node = 16;
+    const ModalModel model{beam, {}, weight, std::vector<double>(nodes, 0.0), points, {.modes = count}};
+    // Half the weight on each, and every mode where its forces hold it.
+    const double half = 0.5 * beam.total_mass() * kGravity;
+    ModalState state{model.reduced().modes(), 2};
+    const ReducedModel& reduced = model.reduced();
+    for (std::size_t m = 0; m < reduced.modes(); ++m) {
+      const double force = model.drive().load[m] + half * (reduced.row_of(0)[m] + reduced.row_of(1)[m]);
+      const double w = reduced.frequency[m];
+      state.amplitude[m] = w > 0.0 ? force / (w * w) : 0.0;
+    }
+    // The first mode lifts it, so that the line just touches under these forces.
+    double gap = half * (reduced.compliance[0] + reduced.compliance[1]);
+    for (std::size_t m = 0; m < reduced.modes(); ++m) {
+      gap += reduced.row_of(0)[m] * state.amplitude[m];
+    }
+    state.amplitude[0] -= gap / reduced.row_of(0)[0];
+    ExactPhases motion{reduced};
+    motion.start(state, model.drive());
+    EXPECT_EQ(motion.advance(1.0), 1.0);
+    std::vector<double> position(nodes);
+    std::vector<double> velocity(nodes);
+    model.expand(motion.now(), position, velocity);
+    // Below the supports: Hermite elements under the same lumped weights.
+    constexpr double kSag = 0.0011413759821429;
+    double middle = 0.0;
+    if (beam.points().owns(10)) {
+      middle = position[static_cast<std::size_t>(10 - beam.points().begin())];
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &middle, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+    EXPECT_NEAR(middle, -kSag, 1e-14) << count;
+    EXPECT_NEAR(*std::ranges::max_element(velocity, {}, [](double v) { return std::abs(v); }), 0.0, 1e-9) << count;
+  }
+}
+
+TEST(Modal, GoesOnBitForBit) {
+  const test::Option type{"-ts_type", "modal"};
+  const test::Option modes{"-modal_modes", "16"};
+  const auto run_to = [](const char* time, const MotionState* from) {
+    const test::Option end{"-ts_max_time", time};
+    auto fall = std::make_unique<test::Fall>(landing(40, two(2e9)));
+    if (from != nullptr) {
+      fall->dynamics.restore(*from);
+    }
+    fall->dynamics.solve();
+    return fall;
+  };
+  const auto whole = run_to("0.02", nullptr);
+  const auto part = run_to("0.003", nullptr);  // in contact
+  EXPECT_EQ(part->dynamics.counts().last_contact_time, 0.003);
+  const MotionState kept = part->dynamics.save();
+  const auto rest = run_to("0.02", &kept);
+  EXPECT_EQ(whole->dynamics.masses().position, rest->dynamics.masses().position);
+  EXPECT_EQ(whole->dynamics.masses().velocity, rest->dynamics.masses().velocity);
+}
+
+/// What is said of a model that cannot be moved by modes.
+std::string refusal(const ModelParameters& parameters, const char* modes) {
+  const test::Option type{"-ts_type", "modal"};
+  const test::Option count{"-modal_modes", modes};
+  try {
+    const test::Fall fall{parameters};
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+TEST(Modal, RefusesWhatItCannot) {
+  ModelParameters lossy = landing(40, two(kRigid));
+  lossy.supports[0].restitution = 0.5;
+  EXPECT_NE(refusal(lossy, "auto").find("contact restitution: 0.5"), std::string::npos);
+  EXPECT_NE(refusal(landing(40, two(kRigid)), "40").find("expected at most 39"), std::string::npos);
+  EXPECT_NE(refusal(landing(40, two(kRigid)), "1").find("expected 2 to"), std::string::npos);
+  ModelParameters pad = landing(40, {{.position = 5.0, .width = 1.6}});
+  EXPECT_NE(refusal(pad, "16").find("give `support stiffness`"), std::string::npos) << refusal(pad, "16");
+  ModelParameters floor = landing(40, {Support::floor(0.0, 1.0)});
+  EXPECT_NE(refusal(floor, "8").find("expected at most 8"), std::string::npos);
+  ModelParameters filtered = landing(40, two(kRigid));
+  filtered.filter = {.filter_frequency = 100.0};
+  EXPECT_NE(refusal(filtered, "8").find("ts type: modal is not allowed with"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace udar
