@@ -28,8 +28,9 @@ bool any_rigid(const ReducedModel& model) {
 
 /// About how many modes will do, never fewer than the model has; as many if these will.
 PetscInt wanted_modes(const ReducedModel& model) {
-  constexpr double kSoft = 0.03;   // errors of sags below 0.1 % (docs/theory.md, measured)
-  constexpr double kSpan = 200.0;  // rigid: the last frequency over the first, errors of sags about 1 %
+  constexpr double kSoft = 0.03;  // where sags have settled to 0.1 % (docs/theory.md)
+  constexpr double kSpan =
+      200.0;  // rigid: the last frequency over the first, errors of sags up to 3 % (docs/theory.md)
   const auto modes = static_cast<double>(model.modes());
   // What is left out gives way by the third power of the number of modes; frequencies grow by the square.
   const double soft = std::max(1.0, std::cbrt(softness(model) / kSoft));
