@@ -170,6 +170,7 @@ FilterCost measure_cost(FilteredStructure& structure) {
     displacement[i] = std::sin(0.1 * static_cast<double>(i));
   }
   std::vector<FilterColumn> columns;
+  columns.reserve(kTogether);
   for (std::size_t c = 0; c < kTogether; ++c) {
     columns.push_back({.displacement = displacement.data() + c * count, .stretch = stretch.data() + c * count});
   }

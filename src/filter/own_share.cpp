@@ -75,6 +75,7 @@ std::vector<float> own_shares(FilteredStructure& structure, std::span<const std:
   own -= count;
   MPI_Allreduce(&count, &all, 1, MPIU_INT, MPI_SUM, structure.points().comm());
   std::vector<PetscInt> which;
+  which.reserve(static_cast<std::size_t>(kMostProbes));
   for (PetscInt probe = 0; probe < std::min(all, kMostProbes); ++probe) {
     which.push_back(all <= kMostProbes ? probe : probe * (all - 1) / (kMostProbes - 1));
   }

@@ -163,6 +163,29 @@ TEST(MassPoints, OfSeveralComponentsStandComponentByComponent) {
   EXPECT_EQ(reference, (std::vector<double>{1.0, 4.0, 2.0, 5.0, 3.0, 6.0}));
 }
 
+/// Each rank has a node at x = 2 r with unknowns along x, y and z, of which 1, 2 and 3 kg; one along y stands above.
+TEST(MassPoints, ThoseThatMoveAlongYAreFoundAlone) {
+  const int rank = test::world_rank();
+  const Place node{.x = 2.0 * rank, .y = 0.5};
+  PointTable table{.mass = {1.0, 2.0, 3.0, 4.0},
+                   .place = {node, node, node, {.x = node.x, .y = 5.0}},
+                   .fixed = {},
+                   .number = {},
+                   .direction = {Direction::x, Direction::y, Direction::z, Direction::y}};
+  const PlacedPoints points{PETSC_COMM_WORLD, 1, table};
+  const int size = static_cast<int>(points.total() / 4);
+  EXPECT_EQ(points.total_mass(), 6.0 * size);
+  EXPECT_EQ(points.all().count, 2 * size);
+  EXPECT_EQ(points.reference(0), 0.0);
+  EXPECT_EQ(points.reference(1), 0.5);
+  EXPECT_EQ(points.nearest({}), 1);
+  const PointRows section = points.section(2.0 * (size - 1) + 0.3);  // of the last rank
+  EXPECT_EQ(section.count, 2);
+  EXPECT_EQ(section.mass, 6.0);
+  EXPECT_EQ(section.rows.size(), rank + 1 == size ? 2U : 0U);
+  EXPECT_EQ(points.section(-7.0).rows.size(), rank == 0 ? 2U : 0U);
+}
+
 TEST(MassPoints, RefuseWhatIsNone) {
   const auto failure = [](const PointTable& table) {
     return test::failure_of<InputError>([&] { static_cast<void>(PlacedPoints{PETSC_COMM_WORLD, 1, table}); });

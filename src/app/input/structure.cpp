@@ -1,5 +1,7 @@
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "app/input/readers.hpp"
 #include "udar/petsc/error.hpp"
@@ -8,6 +10,8 @@
 
 namespace udar::app {
 namespace {
+
+enum class Kind : std::uint8_t { beam, imported };
 
 /// Places of the unknowns, and which way each moves.
 void read_points(MPI_Comm comm, const std::string& path, ImportParameters& import) {
@@ -31,14 +35,14 @@ void read_points(MPI_Comm comm, const std::string& path, ImportParameters& impor
 }  // namespace
 
 StructureInput read_structure(MPI_Comm comm) {
-  constexpr std::array kTypes{Names<bool>{"beam", false}, Names<bool>{"import", true}};
+  constexpr std::array kTypes{Names<Kind>{"beam", Kind::beam}, Names<Kind>{"import", Kind::imported}};
   constexpr std::array kLumpings{Names<Lumping>{"rows", Lumping::row}, Names<Lumping>{"hrz", Lumping::hrz}};
   petsc::OptionGroup group{comm, "Structure: a beam (next group), or stiffness and mass of any structure from files"};
   StructureInput input;
   ImportParameters import;
   std::string points;
-  bool imported = false;
-  group.choice<bool>("-structure_type", imported, kTypes, "beam, or import: matrices from files take its place");
+  Kind kind = Kind::beam;
+  group.choice<Kind>("-structure_type", kind, kTypes, "beam, or import: matrices from files take its place");
   const bool stiffness_given = group.string(
       "-structure_stiffness", import.stiffness,
       "for import: stiffness matrix, Matrix Market if the name ends in .mtx, else PETSc binary; one triangle or both");
@@ -56,7 +60,7 @@ StructureInput read_structure(MPI_Comm comm) {
   group.string("-structure_write", input.write,
                "for a beam: writes its matrices in displacements and rotations to files that begin so: -stiffness.mtx, "
                "-mass.mtx, -points.csv");
-  if (!imported) {
+  if (kind == Kind::beam) {
     if (stiffness_given || mass_given || points_given || lumping_given) {
       throw InputError{
           "options -structure_stiffness, -structure_mass, -structure_points and -structure_lumping need "
