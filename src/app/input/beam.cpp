@@ -159,6 +159,120 @@ void judge_section(MPI_Comm comm, const Section& section, double length) {
   }
 }
 
+constexpr const char* kPerSegment = "one per segment of -beam_length";
+
+/// What is given for each segment.
+class SegmentLists {
+ public:
+  void read(OptionGroup& group) {
+    length_.read(group, "m", petsc::positive(), "length of each segment");
+    group.integers("-beam_elements", elements_, petsc::at_least(1), "elements of each segment");
+    modulus_.read(group, "Pa", petsc::positive(), "Young's modulus E");
+    density_.read(group, "kg/m^3", petsc::positive(), "density");
+    group.real("-beam_poisson_ratio", poisson_ratio_, "-", petsc::between(0.0, 0.5),
+               "Poisson's ratio; enters the shear stiffness only");
+    group.choice<Theory>("-beam_theory", theory_, kTheories, "bending alone, or bending and shear (kGA)");
+    sections_ = read_sections(group, count(), poisson_ratio_);
+    bending_.read(group, "N m^2", petsc::positive(), "EI; default from section and modulus");
+    mass_.read(group, "kg/m", petsc::positive(), "rhoA; default from section and density");
+    shear_.read(group, "N", petsc::positive(), "kGA for -beam_theory timoshenko; default from section and modulus");
+    fibre_.read(group, "m", petsc::positive(),
+                "largest distance of the section from its neutral axis, for the bending stress; default from the "
+                "section, none for direct and with -beam_bending_stiffness");
+    yield_.read(group, "Pa", petsc::non_negative(),
+                "what the largest bending stress is compared with, utilisation 1; 0: nothing");
+    foundation_.read(group, "N/m^2", petsc::non_negative(),
+                     "elastic foundation, force per length and displacement from the reference axis, both ways");
+  }
+
+  /// One entry per segment in each list; those without default stay empty if they were not given.
+  void settle() {
+    elements_ = petsc::one_per("-beam_elements", elements_, count(), kPerSegment);
+    for (NumberList* list : {&modulus_, &density_, &yield_, &foundation_}) {
+      list->spread(count(), kPerSegment);
+    }
+    for (NumberList* list : {&bending_, &mass_, &fibre_, &shear_}) {
+      if (list->given) {
+        list->spread(count(), kPerSegment);
+      }
+    }
+    if (shear_.given && theory_ != Theory::timoshenko) {
+      throw InputError{"option -beam_shear_stiffness needs -beam_theory timoshenko"};
+    }
+  }
+
+  [[nodiscard]] std::size_t count() const noexcept { return length_.values.size(); }
+
+  [[nodiscard]] BeamSegment segment(std::size_t i) const {
+    const double modulus = section_modulus(i);
+    if (yield_[i] > 0.0 && !(modulus > 0.0)) {
+      throw InputError{"option -beam_yield_stress needs -beam_outer_fibre [m]: the section of segment " +
+                       std::to_string(i) + " does not say how far its outermost fibre is from the neutral axis"};
+    }
+    return {.length = length_[i],
+            .elements = elements_[i],
+            .bending_stiffness = bending_.given ? bending_[i] : modulus_[i] * sections_[i].inertia,
+            .mass_per_length = mass_.given ? mass_[i] : density_[i] * sections_[i].area,
+            .shear_stiffness = shear_stiffness(i),
+            .foundation_stiffness = foundation_[i],
+            .section_modulus = modulus,
+            .yield_stress = yield_[i]};
+  }
+
+  /// Warns of what looks like a slip of unit where material and section say what the beam is.
+  void judge(MPI_Comm comm) const {
+    const double length = std::accumulate(length_.values.begin(), length_.values.end(), 0.0);
+    for (std::size_t i = 0; i < count() && !bending_.given && !mass_.given; ++i) {
+      judge_material(comm, modulus_[i], density_[i]);
+      judge_section(comm, sections_[i], length);
+    }
+  }
+
+ private:
+  [[nodiscard]] double shear_stiffness(std::size_t i) const {
+    if (theory_ == Theory::euler_bernoulli) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const double shear_modulus = modulus_[i] / (2.0 * (1.0 + poisson_ratio_));
+    return shear_.given ? shear_[i] : sections_[i].shear_coefficient * shear_modulus * sections_[i].area;
+  }
+
+  /// I / c; 0: c is not known.
+  [[nodiscard]] double section_modulus(std::size_t i) const {
+    const double inertia = bending_.given ? bending_[i] / modulus_[i] : sections_[i].inertia;
+    const double of_section = bending_.given ? 0.0 : sections_[i].outer_fibre;
+    const double outer = fibre_.given ? fibre_[i] : of_section;
+    return outer > 0.0 ? inertia / outer : 0.0;
+  }
+
+  NumberList length_{"-beam_length", {10.0}};
+  std::vector<PetscInt> elements_{20};
+  NumberList modulus_{"-beam_young_modulus", {2.1e11}};
+  NumberList density_{"-beam_density", {7850.0}};
+  double poisson_ratio_ = 0.3;
+  Theory theory_ = Theory::euler_bernoulli;
+  std::vector<Section> sections_;
+  NumberList bending_{"-beam_bending_stiffness"};
+  NumberList mass_{"-beam_mass_per_length"};
+  NumberList shear_{"-beam_shear_stiffness"};
+  NumberList fibre_{"-beam_outer_fibre"};
+  NumberList yield_{"-beam_yield_stress", {0.0}};
+  NumberList foundation_{"-beam_foundation", {0.0}};
+};
+
+/// Things at places along the beam: pairs of a place and a value.
+template <class Thing>
+std::vector<Thing> paired(const NumberList& places, NumberList values, const char* per_place) {
+  std::vector<Thing> things;
+  if (!places.values.empty() || values.given) {
+    values.spread(places.values.size(), per_place);
+  }
+  for (std::size_t i = 0; i < places.values.size(); ++i) {
+    things.push_back({places[i], values[i]});
+  }
+  return things;
+}
+
 }  // namespace
 
 BeamInput read_beam(MPI_Comm comm) {
@@ -167,128 +281,47 @@ BeamInput read_beam(MPI_Comm comm) {
       "Beam: one straight beam from x = 0, uniform or in segments (lists: one entry per segment, or one for all)"};
   BeamInput input;
   BeamParameters& beam = input.beam;
-  Numbers length{10.0};
-  std::vector<PetscInt> elements{20};
-  Numbers modulus{2.1e11};
-  Numbers density{7850.0};
-  double poisson_ratio = 0.3;
-  Theory theory = Theory::euler_bernoulli;
-  Numbers bending;
-  Numbers mass;
-  Numbers shear;
-  Numbers foundation{0.0};
-  Numbers fibre;
-  Numbers yield{0.0};
-  group.reals("-beam_length", length, "m", petsc::positive(), "length of each segment");
-  const std::size_t count = length.size();
-  const char* per_segment = "one per segment of -beam_length";
-  group.integers("-beam_elements", elements, petsc::at_least(1), "elements of each segment");
-  group.reals("-beam_young_modulus", modulus, "Pa", petsc::positive(), "Young's modulus E");
-  group.reals("-beam_density", density, "kg/m^3", petsc::positive(), "density");
-  group.real("-beam_poisson_ratio", poisson_ratio, "-", petsc::between(0.0, 0.5),
-             "Poisson's ratio; enters the shear stiffness only");
-  group.choice<Theory>("-beam_theory", theory, kTheories, "bending alone, or bending and shear (kGA)");
-  const std::vector<Section> sections = read_sections(group, count, poisson_ratio);
-  const bool bending_given = group.reals("-beam_bending_stiffness", bending, "N m^2", petsc::positive(),
-                                         "EI; default from section and modulus");
-  const bool mass_given =
-      group.reals("-beam_mass_per_length", mass, "kg/m", petsc::positive(), "rhoA; default from section and density");
-  const bool shear_given = group.reals("-beam_shear_stiffness", shear, "N", petsc::positive(),
-                                       "kGA for -beam_theory timoshenko; default from section and modulus");
-  const bool fibre_given =
-      group.reals("-beam_outer_fibre", fibre, "m", petsc::positive(),
-                  "largest distance of the section from its neutral axis, for the bending stress; default from the "
-                  "section, none for direct and with -beam_bending_stiffness");
-  group.reals("-beam_yield_stress", yield, "Pa", petsc::non_negative(),
-              "what the largest bending stress is compared with, utilisation 1; 0: nothing");
-  group.reals("-beam_foundation", foundation, "N/m^2", petsc::non_negative(),
-              "elastic foundation, force per length and displacement from the reference axis, both ways");
+  SegmentLists segments;
+  segments.read(group);
   group.real("-beam_tension", beam.tension, "N", petsc::non_negative(), "axial tension");
   beam.left = read_end(group, "left");
   beam.right = read_end(group, "right");
-  Numbers gap;
-  group.reals(
-      "-beam_gap", gap, "m", petsc::non_negative(),
-      "space between segments, one per joint or one for all; > 0: they are different beams with free ends there");
-  Numbers line_position;
-  Numbers line_stiffness{BeamEnd::kRigid};
-  group.reals("-beam_line_support_position", line_position, "m", petsc::non_negative(),
-              "where the line itself is held to the axis, both ways: the nearest node");
-  const bool line_stiffness_given =
-      group.reals("-beam_line_support_stiffness", line_stiffness, "N/m", petsc::non_negative_or_infinite(),
-                  "springs there, one per position or one for all; inf: rigid");
-  Numbers point_position;
-  Numbers point_mass;
-  group.reals("-beam_point_mass_position", point_position, "m", petsc::non_negative(),
-              "where point masses sit: the nearest node");
-  group.reals("-beam_point_mass", point_mass, "kg", petsc::positive(), "point masses, one per position or one for all");
+  NumberList gap{"-beam_gap"};
+  gap.read(group, "m", petsc::non_negative(),
+           "space between segments, one per joint or one for all; > 0: they are different beams with free ends there");
+  NumberList line_position{"-beam_line_support_position"};
+  line_position.read(group, "m", petsc::non_negative(),
+                     "where the line itself is held to the axis, both ways: the nearest node");
+  NumberList line_stiffness{"-beam_line_support_stiffness", {BeamEnd::kRigid}};
+  line_stiffness.read(group, "N/m", petsc::non_negative_or_infinite(),
+                      "springs there, one per position or one for all; inf: rigid");
+  NumberList point_position{"-beam_point_mass_position"};
+  point_position.read(group, "m", petsc::non_negative(), "where point masses sit: the nearest node");
+  NumberList point_mass{"-beam_point_mass"};
+  point_mass.read(group, "kg", petsc::positive(), "point masses, one per position or one for all");
   group.choice<Formulation>(
       "-beam_formulation", input.formulation, kFormulations,
       "unknowns of the line: displacement and moment (mixed), or displacement and rotation (hermite), "
       "which loses its digits on fine meshes");
 
-  elements = petsc::one_per("-beam_elements", elements, count, per_segment);
-  modulus = petsc::one_per("-beam_young_modulus", modulus, count, per_segment);
-  density = petsc::one_per("-beam_density", density, count, per_segment);
-  yield = petsc::one_per("-beam_yield_stress", yield, count, per_segment);
-  foundation = petsc::one_per("-beam_foundation", foundation, count, per_segment);
-  bending = bending_given ? petsc::one_per("-beam_bending_stiffness", bending, count, per_segment) : Numbers{};
-  mass = mass_given ? petsc::one_per("-beam_mass_per_length", mass, count, per_segment) : Numbers{};
-  fibre = fibre_given ? petsc::one_per("-beam_outer_fibre", fibre, count, per_segment) : Numbers(count, 0.0);
-  const auto section_modulus = [&](std::size_t i) {  // I / c; 0: c is not known
-    const double inertia = bending_given ? bending[i] / modulus[i] : sections[i].inertia;
-    const double outer = fibre_given || bending_given ? fibre[i] : sections[i].outer_fibre;
-    return outer > 0.0 ? inertia / outer : 0.0;
-  };
-  shear = shear_given ? petsc::one_per("-beam_shear_stiffness", shear, count, per_segment) : Numbers{};
-  if (shear_given && theory != Theory::timoshenko) {
-    throw InputError{"option -beam_shear_stiffness needs -beam_theory timoshenko"};
-  }
-  if (!gap.empty() && count == 1) {
+  segments.settle();
+  const std::size_t count = segments.count();
+  if (gap.given && count == 1) {
     throw InputError{"option -beam_gap needs at least two segments in -beam_length"};
   }
-  gap = gap.empty() ? Numbers(count - 1, 0.0)
-                    : petsc::one_per("-beam_gap", gap, count - 1, "one per joint between segments of -beam_length");
+  gap.values = gap.given ? gap.values : Numbers{0.0};
+  if (count > 1) {
+    gap.spread(count - 1, "one per joint between segments of -beam_length");
+  }
+  segments.judge(comm);
   for (std::size_t i = 0; i < count; ++i) {
     if (i > 0 && gap[i - 1] > 0.0) {
       beam.segments.push_back({.length = gap[i - 1], .elements = 1});
     }
-    if (!bending_given && !mass_given) {
-      judge_material(comm, modulus[i], density[i]);
-      judge_section(comm, sections[i], std::accumulate(length.begin(), length.end(), 0.0));
-    }
-    const double shear_modulus = modulus[i] / (2.0 * (1.0 + poisson_ratio));
-    const double section_shear = sections[i].shear_coefficient * shear_modulus * sections[i].area;
-    beam.segments.push_back({.length = length[i],
-                             .elements = elements[i],
-                             .bending_stiffness = bending_given ? bending[i] : modulus[i] * sections[i].inertia,
-                             .mass_per_length = mass_given ? mass[i] : density[i] * sections[i].area,
-                             .shear_stiffness = theory == Theory::euler_bernoulli
-                                                    ? std::numeric_limits<double>::infinity()
-                                                : shear_given ? shear[i]
-                                                              : section_shear,
-                             .foundation_stiffness = foundation[i],
-                             .section_modulus = section_modulus(i),
-                             .yield_stress = yield[i]});
-    if (yield[i] > 0.0 && !(beam.segments.back().section_modulus > 0.0)) {
-      throw InputError{"option -beam_yield_stress needs -beam_outer_fibre [m]: the section of segment " +
-                       std::to_string(i) + " does not say how far its outermost fibre is from the neutral axis"};
-    }
+    beam.segments.push_back(segments.segment(i));
   }
-  if (!line_position.empty() || line_stiffness_given) {
-    line_stiffness = petsc::one_per("-beam_line_support_stiffness", line_stiffness, line_position.size(),
-                                    "one per -beam_line_support_position");
-  }
-  for (std::size_t i = 0; i < line_position.size(); ++i) {
-    beam.line_supports.push_back({.position = line_position[i], .stiffness = line_stiffness[i]});
-  }
-  if (!point_position.empty() || !point_mass.empty()) {
-    point_mass =
-        petsc::one_per("-beam_point_mass", point_mass, point_position.size(), "one per -beam_point_mass_position");
-    for (std::size_t i = 0; i < point_position.size(); ++i) {
-      beam.point_masses.push_back({.position = point_position[i], .mass = point_mass[i]});
-    }
-  }
+  beam.line_supports = paired<LineSupport>(line_position, line_stiffness, "one per -beam_line_support_position");
+  beam.point_masses = paired<PointMass>(point_position, point_mass, "one per -beam_point_mass_position");
   return input;
 }
 

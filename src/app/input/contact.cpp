@@ -43,90 +43,97 @@ void given_with_spring(bool restitution_given, double restitution, double yield_
   }
 }
 
-}  // namespace
+constexpr const char* kPerSupport = "one per -support_position";
+constexpr const char* kPerSupportOrGround = "one per support, floor or ground included";
 
-ContactInput read_contact(MPI_Comm comm) {
-  ContactInput input;
-  OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
-  Numbers position;
-  Numbers width{0.0};
-  Numbers height{0.0};
-  Numbers restitution{1.0};
-  std::vector<SupportSide> side{SupportSide::below};
-  Weighting weighting = Weighting::tributary;
+/// What stands under the whole beam.
+struct Ground {
   bool floor = false;
-  double floor_height = 0.0;
-  std::string ground_file;
-  Numbers yield_speed{kInfinity};
-  Strings motion{"none"};
-  Numbers stiffness{kInfinity};
-  Numbers damping{0.0};
-  group.reals("-support_position", position, "m", petsc::any(), "centres of the rigid supports");
-  const bool width_given = group.reals("-support_width", width, "m", petsc::non_negative(),
-                                       "width along the beam; 0: the nearest node alone");
-  group.choice<Weighting>("-support_weighting", weighting, kWeightings,
-                          "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
-                          "or inclusive, each its whole lumped mass, edges included");
-  const bool height_given =
-      group.reals("-support_height", height, "m", petsc::any(), "height of the contact face above y = 0");
-  const bool side_given =
-      group.choices<SupportSide>("-support_side", side, kSides, "on which side of the beam the support stands");
-  group.boolean("-floor", floor, "a rigid floor under the whole beam");
-  const bool floor_height_given =
-      group.real("-floor_height", floor_height, "m", petsc::any(), "height of the floor above y = 0");
-  group.string("-ground_profile", ground_file,
-               "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
-               "rows, constant outside");
-  const bool restitution_given =
-      group.reals("-contact_restitution", restitution, "-", petsc::between(0.0, 1.0),
-                  "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
-  group.reals("-support_yield_speed", yield_speed, "m/s", petsc::positive_or_infinite(),
-              "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support (floor or "
-              "ground after the last support); inf: it does not");
-  group.choice<ContactSurface>("-contact_surface", input.contact.surface, kSurfaces,
-                               "who touches the supports: the masses, by the impact law, or the line, held off by "
-                               "contact forces without any restitution");
-  group.integer(
-      "-contact_line_dense_max", input.contact.line_dense_max, petsc::at_least(0.0),
-      "contact nodes of the line under one support up to which (and to 2000 in all) their compliance is a matrix "
-      "on every rank; more go to an interior point method (TAO, prefix contact_)");
-  group.real("-contact_tolerance", input.contact.hop_tolerance, "m", petsc::positive(),
-             "a mass whose next hop would stay lower than this rests on its support; default 1e-10 of the motion's own "
-             "scale");
-  const bool motion_given = group.strings(
-      "-support_motion", motion,
-      "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
-      "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
-      "without velocities no height leaves the range of the two rows around it");
-  const bool stiffness_given =
-      group.reals("-support_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),
-                  "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
-  const bool damping_given =
-      group.reals("-support_damping", damping, "N s/m", petsc::non_negative(),
+  double height = 0.0;  ///< [m]
+  std::string file;     ///< of its profile; empty: a floor or nothing
+
+  void read(OptionGroup& group) {
+    group.boolean("-floor", floor, "a rigid floor under the whole beam");
+    const bool height_given = group.real("-floor_height", height, "m", petsc::any(), "height of the floor above y = 0");
+    group.string("-ground_profile", file,
+                 "CSV file x [m], height [m]: an uneven ground under the whole beam in place of -floor; linear between "
+                 "rows, constant outside");
+    if (!file.empty() && (floor || height_given)) {
+      throw InputError{"option -ground_profile: '" + file +
+                       "' is not allowed together with -floor or -floor_height, expected one ground [m]"};
+    }
+  }
+  [[nodiscard]] bool any() const { return floor || !file.empty(); }
+
+  [[nodiscard]] Support support(MPI_Comm comm, double restitution, double yield_speed) const {
+    Support support = Support::floor(file.empty() ? height : 0.0, restitution);
+    support.yield_speed = yield_speed;
+    if (!file.empty()) {
+      const io::Table table = io::read_table(comm, "ground profile", file, {.names = {"x [m]", "height [m]"}});
+      require_ascending("-ground_profile", file, column(table, 0), "positions [m]");
+      support.profile = {.x = column(table, 0), .height = column(table, 1)};
+    }
+    return support;
+  }
+};
+
+/// What is given for each support, and of the impact law for the ground, too.
+class SupportLists {
+ public:
+  void read_places(OptionGroup& group) {
+    position_.read(group, "m", petsc::any(), "centres of the rigid supports");
+    width_.read(group, "m", petsc::non_negative(), "width along the beam; 0: the nearest node alone");
+    group.choice<Weighting>(
+        "-support_weighting", weighting_, kWeightings,
+        "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
+        "or inclusive, each its whole lumped mass, edges included");
+    height_.read(group, "m", petsc::any(), "height of the contact face above y = 0");
+    side_given_ =
+        group.choices<SupportSide>("-support_side", side_, kSides, "on which side of the beam the support stands");
+  }
+
+  void read_law(OptionGroup& group) {
+    restitution_.read(group, "-", petsc::between(0.0, 1.0),
+                      "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
+    yield_speed_.read(group, "m/s", petsc::positive_or_infinite(),
+                      "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support "
+                      "(floor or ground after the last support); inf: it does not");
+  }
+
+  void read_motion_and_springs(OptionGroup& group) {
+    motion_given_ = group.strings(
+        "-support_motion", motion_,
+        "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
+        "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
+        "without velocities no height leaves the range of the two rows around it");
+    stiffness_.read(group, "N/m", petsc::positive_or_infinite(),
+                    "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
+    damping_.read(group, "N s/m", petsc::non_negative(),
                   "damper beside that spring, for all of the support; pressing alone; none on -contact_surface line");
-  const std::size_t count = position.size();
-  const auto per_support = [count](const char* key, const auto& values, bool given) {
-    return count > 0 || given ? petsc::one_per(key, values, count, "one per -support_position") : values;
-  };
-  width = per_support("-support_width", width, width_given);
-  height = per_support("-support_height", height, height_given);
-  side = per_support("-support_side", side, side_given);
-  stiffness = per_support("-support_stiffness", stiffness, stiffness_given);
-  damping = per_support("-support_damping", damping, damping_given);
-  if (motion_given) {
-    motion = petsc::one_per("-support_motion", motion, count, "one per -support_position");
   }
-  if (!ground_file.empty() && (floor || floor_height_given)) {
-    throw InputError{"option -ground_profile: '" + ground_file +
-                     "' is not allowed together with -floor or -floor_height, expected one ground [m]"};
+
+  /// One entry per support in each list, and one more of the impact law if there is a ground.
+  void settle(bool ground) {
+    for (NumberList* list : {&width_, &height_, &stiffness_, &damping_}) {
+      if (count() > 0 || list->given) {
+        list->spread(count(), kPerSupport);
+      }
+    }
+    if (count() > 0 || side_given_) {
+      side_ = petsc::one_per("-support_side", side_, count(), kPerSupport);
+    }
+    if (motion_given_) {
+      motion_ = petsc::one_per("-support_motion", motion_, count(), kPerSupport);
+    }
+    if (const std::size_t all = count() + (ground ? 1 : 0); all > 0) {
+      restitution_.spread(all, kPerSupportOrGround);
+      yield_speed_.spread(all, kPerSupportOrGround);
+    }
   }
-  const std::size_t all = count + (floor || !ground_file.empty() ? 1 : 0);
-  if (all > 0) {
-    restitution = petsc::one_per("-contact_restitution", restitution, all, "one per support, floor or ground included");
-    yield_speed = petsc::one_per("-support_yield_speed", yield_speed, all, "one per support, floor or ground included");
-  }
-  if (input.contact.surface == ContactSurface::line) {
-    for (const double e : restitution) {
+
+  /// Forces hold the massless line off, nothing hits.
+  void refuse_law_of_line() const {
+    for (const double e : restitution_.values) {
       if (e != 1.0) {
         std::ostringstream message;
         message << "option -contact_restitution: " << e
@@ -136,41 +143,86 @@ ContactInput read_contact(MPI_Comm comm) {
       }
     }
   }
-  for (std::size_t i = 0; i < count; ++i) {
-    input.supports.push_back({.position = position[i],
-                              .width = width[i],
-                              .height = height[i],
-                              .restitution = restitution[i],
-                              .side = side[i],
-                              .yield_speed = yield_speed[i],
-                              .stiffness = stiffness[i],
-                              .damping = damping[i]});
-    if (motion_given && motion[i] != "none") {
-      input.supports.back().motion = read_motion(comm, motion[i]);
+
+  [[nodiscard]] std::size_t count() const noexcept { return position_.values.size(); }
+  [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
+  [[nodiscard]] double last_restitution() const { return restitution_.values.back(); }
+  [[nodiscard]] double last_yield_speed() const { return yield_speed_.values.back(); }
+
+  [[nodiscard]] Support support(MPI_Comm comm, std::size_t i) const {
+    Support support{.position = position_[i],
+                    .width = width_[i],
+                    .height = height_[i],
+                    .restitution = restitution_[i],
+                    .side = side_[i],
+                    .yield_speed = yield_speed_[i],
+                    .stiffness = stiffness_[i],
+                    .damping = damping_[i]};
+    if (motion_given_ && motion_[i] != "none") {
+      support.motion = read_motion(comm, motion_[i]);
     }
-    if (damping[i] > 0.0 && !input.supports.back().elastic()) {
-      throw InputError{"option -support_damping: " + std::to_string(damping[i]) +
+    if (support.damping > 0.0 && !support.elastic()) {
+      throw InputError{"option -support_damping: " + std::to_string(support.damping) +
                        " is not allowed without -support_stiffness, expected 0: a rigid support has no damper [N s/m]"};
     }
-    if (input.supports.back().elastic() && (restitution_given || yield_speed[i] < kInfinity)) {
-      given_with_spring(restitution_given, restitution[i], yield_speed[i]);
+    if (support.elastic()) {
+      given_with_spring(restitution_.given, support.restitution, support.yield_speed);
     }
-    const Support& support = input.supports.back();
-    if (weighting == Weighting::tributary && support.width > 0.0) {
+    return support;
+  }
+
+ private:
+  NumberList position_{"-support_position"};
+  NumberList width_{"-support_width", {0.0}};
+  Weighting weighting_ = Weighting::tributary;
+  NumberList height_{"-support_height", {0.0}};
+  std::vector<SupportSide> side_{SupportSide::below};
+  bool side_given_ = false;
+  NumberList restitution_{"-contact_restitution", {1.0}};
+  NumberList yield_speed_{"-support_yield_speed", {kInfinity}};
+  Strings motion_{"none"};
+  bool motion_given_ = false;
+  NumberList stiffness_{"-support_stiffness", {kInfinity}};
+  NumberList damping_{"-support_damping", {0.0}};
+};
+
+void read_contact_parameters(OptionGroup& group, ContactParameters& contact) {
+  group.choice<ContactSurface>("-contact_surface", contact.surface, kSurfaces,
+                               "who touches the supports: the masses, by the impact law, or the line, held off by "
+                               "contact forces without any restitution");
+  group.integer(
+      "-contact_line_dense_max", contact.line_dense_max, petsc::at_least(0.0),
+      "contact nodes of the line under one support up to which (and to 2000 in all) their compliance is a matrix "
+      "on every rank; more go to an interior point method (TAO, prefix contact_)");
+  group.real("-contact_tolerance", contact.hop_tolerance, "m", petsc::positive(),
+             "a mass whose next hop would stay lower than this rests on its support; default 1e-10 of the motion's own "
+             "scale");
+}
+
+}  // namespace
+
+ContactInput read_contact(MPI_Comm comm) {
+  ContactInput input;
+  OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
+  SupportLists lists;
+  Ground ground;
+  lists.read_places(group);
+  ground.read(group);
+  lists.read_law(group);
+  read_contact_parameters(group, input.contact);
+  lists.read_motion_and_springs(group);
+  lists.settle(ground.any());
+  if (input.contact.surface == ContactSurface::line) {
+    lists.refuse_law_of_line();
+  }
+  for (std::size_t i = 0; i < lists.count(); ++i) {
+    const Support& support = input.supports.emplace_back(lists.support(comm, i));
+    if (lists.tributary() && support.width > 0.0) {
       input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }
   }
-  if (floor) {
-    input.supports.push_back(Support::floor(floor_height, restitution.back()));
-  }
-  if (!ground_file.empty()) {
-    const io::Table table = io::read_table(comm, "ground profile", ground_file, {.names = {"x [m]", "height [m]"}});
-    require_ascending("-ground_profile", ground_file, column(table, 0), "positions [m]");
-    input.supports.push_back(Support::floor(0.0, restitution.back()));
-    input.supports.back().profile = {.x = column(table, 0), .height = column(table, 1)};
-  }
-  if (all > count) {
-    input.supports.back().yield_speed = yield_speed.back();
+  if (ground.any()) {
+    input.supports.push_back(ground.support(comm, lists.last_restitution(), lists.last_yield_speed()));
   }
   return input;
 }

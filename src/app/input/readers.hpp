@@ -11,11 +11,27 @@
 
 #include "udar/app/case.hpp"
 #include "udar/io/table_file.hpp"
+#include "udar/petsc/options.hpp"
 
 namespace udar::app {
 
 using Strings = std::vector<std::string>;
 using Numbers = std::vector<double>;
+
+/// @brief An option that takes one number for each of some things, or one for all.
+struct NumberList {
+  const char* key;
+  Numbers values{};  ///< the default, then what was given
+  bool given = false;
+
+  /// @throws InputError naming option, value, range and unit
+  void read(petsc::OptionGroup& group, const char* unit, petsc::Range range, const char* text) {
+    given = group.reals(key, values, unit, range, text);
+  }
+  /// As many entries as things. @throws InputError naming the counts, and what things there are
+  void spread(std::size_t count, const char* per_thing) { values = petsc::one_per(key, values, count, per_thing); }
+  [[nodiscard]] double operator[](std::size_t i) const { return values[i]; }
+};
 
 /// A word of an option and what it stands for.
 template <class T>
