@@ -283,7 +283,9 @@ struct Recursion {
   double* innovations;  // by inner node, then lane
   double* targets;
 
-  UDAR_INLINE std::size_t left_joint(std::size_t m, std::size_t lane) const { return first + (m * W + lane) * pitch; }
+  [[nodiscard]] UDAR_INLINE std::size_t left_joint(std::size_t m, std::size_t lane) const {
+    return first + (m * W + lane) * pitch;
+  }
 
   UDAR_INLINE void start(const Ends* told, State& state) const {
     const Span::Units& units = span.units();
@@ -427,6 +429,7 @@ struct Recursion {
   }
 };
 
+// NOLINTBEGIN(readability-non-const-parameter): `scratch` is written to by what it is handed on to, a dependent type
 /// Inside M * W spans side by side.
 template <std::size_t W, std::size_t M, Mode Given>
 UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std::size_t first, const Ends* told,
@@ -453,6 +456,7 @@ UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std:
     lanes.write(inner - done - W, found);
   }
 }
+// NOLINTEND(readability-non-const-parameter)
 
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
