@@ -2,14 +2,24 @@
 /// What makes libudar a plug-in of any PETSc program: `-dll_append libudar.so -pc_type chain -ts_type
 /// chebyshev`.
 
+#include <array>
+
 #include "udar/app/run.hpp"
 #include "udar/filter/pc_chain.hpp"
 #include "udar/integrators/configure.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/options.hpp"
 
 namespace udar::app {
 
 void register_types() {
+  // The line solver's, nested solvers and `filter_moment_` included; that of contact on the line.
+  constexpr std::array kFilter{"ksp_",       "pc_",         "mat_",       "sub_",    "mg_",    "eps_",     "st_",
+                               "redundant_", "fieldsplit_", "telescope_", "esteig_", "inner_", "schwarz_", "moment_"};
+  constexpr std::array kContact{"tao_"};
+  petsc::add_solver_prefix("filter_", kFilter);
+  petsc::add_solver_prefix("contact_", kContact);
+  petsc::add_known_key("-ts_impact_moments");
   UDAR_CALL(register_pc_chain());
   register_integrators();
 }

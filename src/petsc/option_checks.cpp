@@ -24,26 +24,9 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-constexpr std::array kOwnGroups = {"damping_", "ground_",  "beam_",  "structure_", "filter_", "support_",
-                                   "contact_", "initial_", "load_",  "gauge_",     "output_", "restart_",
-                                   "udar_",    "bench_",   "study_", "modal_",     "gravity", "floor"};
-/// What PETSc and SLEPc put behind the prefix of the line solver, nested solvers included.
-constexpr std::array kSolverGroups = {"filter_ksp_",       "filter_pc_",         "filter_mat_",    "filter_sub_",
-                                      "filter_mg_",        "filter_eps_",        "filter_st_",     "filter_redundant_",
-                                      "filter_telescope_", "filter_fieldsplit_", "filter_esteig_", "filter_inner_",
-                                      "filter_schwarz_",   "filter_moment_",     "contact_tao_"};
-/// What is read of solvers only behind a prefix: the group without it, and the prefix.
-struct Prefix {
-  const char* group;
-  const char* prefix;
-};
-constexpr std::array kPrefixes{Prefix{"ksp_", "filter_"}, Prefix{"pc_", "filter_"}, Prefix{"mat_", "filter_"},
-                               Prefix{"sub_", "filter_"}, Prefix{"mg_", "filter_"}, Prefix{"fieldsplit_", "filter_"},
-                               Prefix{"eps_", "filter_"}, Prefix{"st_", "filter_"}, Prefix{"redundant_", "filter_"},
-                               Prefix{"tao_", "contact_"}};
 /// PETSc's that are often asked for, by name: a slip in one of them would go unseen, too.
 constexpr std::array kPetscKeys = {"-ts_type",       "-ts_monitor",   "-ts_max_steps", "-ts_rk_type",
-                                   "-ts_adapt_type", "-options_file", "-log_view",     "-ts_impact_moments"};
+                                   "-ts_adapt_type", "-options_file", "-log_view"};
 /// What PETSc reads when everything else is done.
 constexpr std::array kLateGroups = {"ts_view", "options_", "log_",     "malloc",
                                     "memory_", "objects_", "mat_view", "mpidump"};
@@ -82,6 +65,37 @@ std::string nearest_to(const std::string& word, const Candidates& candidates) {
 
 bool starts_with_any(std::string_view key, std::span<const char* const> prefixes) {
   return std::ranges::any_of(prefixes, [key](const char* prefix) { return key.starts_with(prefix); });
+}
+
+/// What is read of PETSc's solvers, and behind which prefix.
+struct SolverGroup {
+  std::string prefix;  ///< "filter_"
+  std::string group;   ///< "ksp_"
+
+  bool operator==(const SolverGroup&) const = default;
+};
+
+std::vector<SolverGroup>& solver_groups() {
+  static std::vector<SolverGroup> groups;
+  return groups;
+}
+
+/// The solver whose option a key, without its dash, is; null: none.
+bool is_solver_key(std::string_view key) {
+  return std::ranges::any_of(solver_groups(), [key](const SolverGroup& solver) {
+    return key.starts_with(solver.prefix) && key.substr(solver.prefix.size()).starts_with(solver.group);
+  });
+}
+
+std::string_view first_word(std::string_view key) { return key.substr(0, key.find('_')); }
+
+/// Whether a key, without its dash, begins as one that we have read ourselves; those of the TS are PETSc's.
+bool is_of_own_group(std::string_view key) {
+  const std::string_view word = first_word(key);
+  return word != "ts" && std::ranges::any_of(known_keys(), [word](const std::string& known) {
+           return first_word(std::string_view{known}.substr(1)) == word &&
+                  std::ranges::find(kPetscKeys, known) == kPetscKeys.end();
+         });
 }
 
 /// Keys of the database that nobody has read, without their dash.
@@ -264,13 +278,16 @@ void refuse_forgotten_prefix(const std::string& key) {
     return;
   }
   if (key.starts_with("snes_")) {
+    std::string starts;
+    for (const auto& [prefix, group] : solver_groups()) {
+      starts += " -" + prefix + group;
+    }
     throw InputError{"option -" + key + place_of("-" + key) +
-                     ": nothing here is solved by SNES; the line solver's options start with -filter_ksp_ or "
-                     "-filter_pc_, those of contact on the line with -contact_tao_"};
+                     ": nothing here is solved by SNES; options of solvers start with one of" + starts};
   }
-  const auto found =
-      std::ranges::find_if(kPrefixes, [&key](const Prefix& prefix) { return key.starts_with(prefix.group); });
-  if (found != kPrefixes.end()) {
+  const auto found = std::ranges::find_if(solver_groups(),
+                                          [&key](const SolverGroup& solver) { return key.starts_with(solver.group); });
+  if (found != solver_groups().end()) {
     throw InputError{"option -" + key + place_of("-" + key) + " belongs to no solver of udar; did you mean -" +
                      found->prefix + key + "?"};
   }
@@ -280,7 +297,7 @@ void refuse_forgotten_prefix(const std::string& key) {
 std::string key_of(const std::string& quantity) {
   std::string key = "-" + quantity;
   std::ranges::replace(key, ' ', '_');
-  const bool petsc = key.starts_with("-ts_") || starts_with_any(key.substr(1), kSolverGroups);
+  const bool petsc = key.starts_with("-ts_") || is_solver_key(std::string_view{key}.substr(1));
   const bool word = key.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789", 1) == std::string::npos;
   return word && (petsc || known_keys().contains(key)) ? key : "";
 }
@@ -327,6 +344,17 @@ std::set<std::string>& known_keys() {
   static std::set<std::string> keys{kPetscKeys.begin(), kPetscKeys.end()};
   return keys;
 }
+
+void add_solver_prefix(const std::string& prefix, std::span<const char* const> groups) {
+  for (const char* group : groups) {
+    const SolverGroup solver{.prefix = prefix, .group = group};
+    if (std::ranges::find(solver_groups(), solver) == solver_groups().end()) {
+      solver_groups().push_back(solver);
+    }
+  }
+}
+
+void add_known_key(const std::string& key) { known_keys().insert(key); }
 
 Words option_words(const std::string& text) {
   Words words;
@@ -381,9 +409,9 @@ void check_unknown_options(MPI_Comm comm, std::string_view group) {
     const std::string option = "-" + key;
     const std::string nearest = nearest_to(option, known_keys());
     const std::size_t slips = edit_distance(option, nearest);
-    if (slips == 0 || starts_with_any(key, kSolverGroups)) {
+    if (slips == 0 || is_solver_key(key)) {
       add(unused, option);
-    } else if (slips <= kSlips || starts_with_any(key, kOwnGroups)) {
+    } else if (slips <= kSlips || is_of_own_group(key)) {
       throw InputError{"unknown option " + option + place_of(option) + "; the nearest known option is " + nearest +
                        " (see -help)"};
     } else {

@@ -138,6 +138,13 @@ template <class T>
 /// @throws InputError naming the word and the likely cause
 void check_option_words(std::span<const std::string> words, const std::string& place = {});
 
+/// @brief Tells the checks below that options of PETSc's solvers are read behind a prefix:
+/// `add_solver_prefix("filter_",
+/// {"ksp_", "pc_"})` for `-filter_ksp_type`; or that PETSc reads a key for us. Remembered for the whole process.
+/// @note Not collective. May be called again.
+void add_solver_prefix(const std::string& prefix, std::span<const char* const> groups);
+void add_known_key(const std::string& key);
+
 /// @brief Refuses, of the keys that nobody has read yet, those of PETSc's solvers that lack their prefix and names of
 /// types that PETSc does not know, and names the nearest. @note Call before the first `SetFromOptions`.
 /// @throws InputError
