@@ -3,7 +3,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/run_layout.hpp"
 #include "udar/app/describe_case.hpp"
 #include "udar/io/checkpoint.hpp"
 #include "udar/petsc/error.hpp"
@@ -14,7 +13,7 @@ namespace udar::app {
 CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
                                    std::span<const std::unique_ptr<Observer>> others)
     : dynamics_{&dynamics},
-      order_{point_order(structure.points())},
+      order_{structure.points()},
       path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
       interval_{input.restart.interval},
       parameters_{describe(input, structure).parameters()} {
@@ -51,7 +50,7 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure
       throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
     }
   };
-  const io::PointOrder order = point_order(structure.points());
+  const io::PointOrder order{structure.points()};
   MotionState state = io::read_checkpoint(order, input.restart.file, accept);
   dynamics.restore(state);
   return state;

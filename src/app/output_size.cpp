@@ -23,8 +23,8 @@ constexpr double kEnergyColumns = 12.0;
 constexpr double kZoneColumns = 4.0;
 constexpr double kSupportColumns = 2.0;
 constexpr double kGaugeColumns = 3.0;
-// Four fields and one byte of a node in a row of fields.
-constexpr double kNodeBytes = 4.0 * kBinary + 1.0;
+// Five fields and one byte of a node in a row of fields.
+constexpr double kNodeBytes = 5.0 * kBinary + 1.0;
 
 double rows_of(double interval, double end) { return interval > 0.0 ? end / interval + 1.0 : 0.0; }
 

@@ -11,11 +11,6 @@
 
 namespace udar::app {
 
-/// @brief This rank's nodes as files count them.
-[[nodiscard]] io::NodeRange node_range(const MassPoints& points);
-/// @brief From there to the user's numbering. @note Collective.
-[[nodiscard]] io::PointOrder point_order(const MassPoints& points);
-
 /// @brief A quarter of the shortest time in which the model knows a force or a moment to come and go, pi / wf; a step
 /// of the unfiltered beam, which knows nothing in between [s].
 [[nodiscard]] double longest_sample(const Case& input);

@@ -134,10 +134,10 @@ std::string envelope_header(std::span<const std::string> columns) {
 
 std::string envelope_rows(std::size_t columns, std::span<const double> values) {
   std::string text;
-  const std::size_t width = columns + 1;
+  const std::size_t width = columns + 2;
   for (std::size_t row = 0; row < values.size() / width; ++row) {
-    append_number(text, static_cast<std::int64_t>(row));
-    for (const double value : values.subspan(row * width, width)) {
+    append_number(text, static_cast<std::int64_t>(values[row * width]));
+    for (const double value : values.subspan(row * width + 1, width - 1)) {
       append_field(text, value);
     }
     text += '\n';

@@ -59,15 +59,20 @@ class EnvelopeWriter final : public Observer {
  public:
   EnvelopeWriter(const RunLayout& layout, std::string path, const std::shared_ptr<ResultsFile>& results,
                  double interval, Peaks* peaks)
-      : comm_{layout.comm},
-        nodes_{layout.nodes},
-        cells_{layout.cells()},
-        x_{layout.x},
+      : comm_{layout.comm()},
+        order_{layout.order},
+        cells_{layout.cells},
+        number_(layout.points->points()),
+        x_(layout.points->points()),
         scaled_{layout.peaks},
         path_{std::move(path)},
         results_{results},
         interval_{interval},
         peaks_{peaks} {
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      number_[i] = layout.points->number(i);
+      x_[i] = layout.points->place(i).x;
+    }
     for (std::size_t i = 0; i < layout.fields.size(); ++i) {
       if (layout.fields[i].extremes) {
         extremes_.emplace_back(layout.fields[i], i, x_.size());
@@ -104,10 +109,7 @@ class EnvelopeWriter final : public Observer {
     std::vector<EnvelopeColumn> columns;
     for (const Extremes& extremes : extremes_) {
       for (const std::size_t side : {0U, 1U}) {
-        columns.push_back({.name = extremes.name(side),
-                           .unit = std::string{extremes.field.unit},
-                           .where = extremes.field.where,
-                           .values = extremes.value[side]});
+        columns.push_back({.name = extremes.name(side), .field = extremes.field, .values = extremes.value[side]});
       }
     }
     std::vector<std::vector<double>> scaled;
@@ -115,7 +117,9 @@ class EnvelopeWriter final : public Observer {
     for (const ScaledPeak& peak : scaled_) {
       const Extremes& of = extremes_of(peak.field);
       scaled.push_back(scaled_sizes(peak, of));
-      columns.push_back({.name = peak.name + "_max", .unit = peak.unit, .values = scaled.back()});
+      columns.push_back({.name = peak.name + "_max",
+                         .field = {.name = peak.name, .unit = peak.unit, .body = of.field.body},
+                         .values = scaled.back()});
       if (peaks_ != nullptr) {
         if (const std::optional<Peak> most = largest(scaled.back(), of)) {
           (*peaks_)[peak.name] = *most;
@@ -123,7 +127,7 @@ class EnvelopeWriter final : public Observer {
       }
     }
     results_->add_envelope(columns);
-    if (nodes_.total <= kTextNodesMax) {
+    if (order_->range().total <= kTextNodesMax) {
       write_text(columns);
     }
     results_.leave();
@@ -149,13 +153,17 @@ class EnvelopeWriter final : public Observer {
     return values;
   }
 
+  /// One row a point, in the user's order; what lies in a cell of a chain stands with the point before.
   void write_text(std::span<const EnvelopeColumn> columns) const {
+    const std::size_t width = columns.size() + 2;
     std::vector<double> rows;
-    rows.reserve(x_.size() * (columns.size() + 1));
+    rows.reserve(x_.size() * width);
     for (std::size_t i = 0; i < x_.size(); ++i) {
+      rows.push_back(static_cast<double>(number_[i]));
       rows.push_back(x_[i]);
       for (const EnvelopeColumn& column : columns) {
-        const bool there = column.where == Where::points || i < static_cast<std::size_t>(cells_.count());
+        const bool there =
+            column.field.where == Where::points || (order_->same() && i < static_cast<std::size_t>(cells_.count()));
         rows.push_back(there ? column.values[i] : kUnknown);
       }
     }
@@ -164,7 +172,8 @@ class EnvelopeWriter final : public Observer {
       names.push_back(column.name);
     }
     TextFile file{comm_, path_};
-    file.append(envelope_header(names) + envelope_rows(columns.size(), gathered(comm_, rows)));
+    file.append(envelope_header(names) +
+                envelope_rows(columns.size(), gathered(comm_, order_->to_user(rows, static_cast<int>(width)))));
     file.sync();
   }
 
@@ -188,9 +197,10 @@ class EnvelopeWriter final : public Observer {
   }
 
   MPI_Comm comm_;
-  NodeRange nodes_;
+  std::shared_ptr<const PointOrder> order_;
   NodeRange cells_;
-  std::vector<double> x_;
+  std::vector<std::int64_t> number_;  ///< of this rank's points in the user's model
+  std::vector<double> x_;             ///< of the same [m]
   std::vector<ScaledPeak> scaled_;
   std::string path_;
   SharedResults results_;

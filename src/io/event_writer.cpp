@@ -32,7 +32,7 @@ class EventTable {
 
   /// @param all rows of all ranks
   template <class Text>
-  void add(std::span<const Record> rows, PetscInt all, const Text& as_text) {
+  void add(const std::vector<Record>& rows, PetscInt all, const Text& as_text) {
     if (waiting_ + all > kEventsMax) {
       write(as_text);
     }
@@ -91,13 +91,15 @@ class EventWriter final : public BlockWriter {
               double interval)
       : BlockWriter{interval},
         results_{results},
-        impacts_{layout.comm, folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
-        rests_{layout.comm, folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
+        points_{layout.points},
+        renumbers_{!layout.order->same()},
+        impacts_{layout.comm(), folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
+        rests_{layout.comm(), folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
 
   void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
               const EventCounts& all) override {
-    impacts_.add(impacts, all.impacts, impact_rows);
-    rests_.add(rests, all.rests, rest_rows);
+    impacts_.add(in_user_numbers(impacts), all.impacts, impact_rows);
+    rests_.add(in_user_numbers(rests), all.rests, rest_rows);
   }
 
   void finish() override {
@@ -106,6 +108,17 @@ class EventWriter final : public BlockWriter {
   }
 
  private:
+  template <class Record>
+  std::vector<Record> in_user_numbers(std::span<const Record> records) const {
+    std::vector<Record> named{records.begin(), records.end()};
+    for (Record& record : named) {
+      if (renumbers_) {
+        record.node = static_cast<PetscInt>(points_->number(static_cast<std::size_t>(record.node - points_->begin())));
+      }
+    }
+    return named;
+  }
+
   void add(const Snapshot& /*state*/) override {}
 
   void write() override {
@@ -119,6 +132,8 @@ class EventWriter final : public BlockWriter {
   }
 
   SharedResults results_;
+  const MassPoints* points_;
+  bool renumbers_;
   EventTable<ImpactRecord> impacts_;
   EventTable<RestRecord> rests_;
 };

@@ -349,43 +349,56 @@ void Hdf5File::add_attribute(const std::string& object, const std::string& name,
   add_attribute_of(object, name, H5T_NATIVE_UINT64, &value);
 }
 
-void Hdf5File::add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
-                           const void* values) {
-  spend(total * H5Tget_size(type));
+void Hdf5File::add_dataset(const std::string& name, hid_t type, const NodeRange& range, const void* values,
+                           int components) {
+  using Extent = std::array<hsize_t, 2>;
+  const auto width = static_cast<hsize_t>(components);
+  const int dimensions = components > 1 ? 2 : 1;
+  const Extent total{count_of(range.total), width};
+  const Extent begin{count_of(range.begin), 0};
+  const Extent count{count_of(range.count()), width};
+  const Extent memory{std::max<hsize_t>(count[0], 1), width};
+  spend(total[0] * width * H5Tget_size(type));
   const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
-  const Hdf5Id space{H5Screate_simple(1, &total, nullptr), H5Sclose};
-  const hsize_t memory = std::max<hsize_t>(count, 1);
-  const Hdf5Id memory_space{H5Screate_simple(1, &memory, nullptr), H5Sclose};
+  const Hdf5Id space{H5Screate_simple(dimensions, total.data(), nullptr), H5Sclose};
+  const Hdf5Id memory_space{H5Screate_simple(dimensions, memory.data(), nullptr), H5Sclose};
   bool ok = H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) >= 0;
-  if (count > 0) {
-    ok = ok && H5Sselect_hyperslab(space, H5S_SELECT_SET, &begin, nullptr, &count, nullptr) >= 0;
+  if (count[0] > 0) {
+    ok = ok && H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, count.data(), nullptr) >= 0;
   } else {
     ok = ok && H5Sselect_none(space) >= 0 && H5Sselect_none(memory_space) >= 0;
   }
   agree(ok);
   const Hdf5Id data{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
   agree(data.valid());
-  if (total > 0) {
+  if (range.total > 0) {
     agree(H5Dwrite(data, type, memory_space, space, transfer_, values) >= 0);
   }
 }
 
+/// All of a short dataset, which rank 0 writes.
+NodeRange Hdf5File::on_first(std::size_t size) const {
+  const auto all = static_cast<PetscInt>(size);
+  return {.begin = rank_ == 0 ? 0 : all, .end = all, .total = all};
+}
+
 void Hdf5File::add_small(const std::string& name, std::span<const double> values) {
-  add_dataset(name, H5T_NATIVE_DOUBLE, values.size(), 0, rank_ == 0 ? values.size() : 0, values.data());
+  add_dataset(name, H5T_NATIVE_DOUBLE, on_first(values.size()), values.data());
 }
 
 void Hdf5File::add_small(const std::string& name, std::span<const std::int64_t> values) {
-  add_dataset(name, H5T_NATIVE_INT64, values.size(), 0, rank_ == 0 ? values.size() : 0, values.data());
+  add_dataset(name, H5T_NATIVE_INT64, on_first(values.size()), values.data());
 }
 
 void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values) {
   assert(values.size() == count_of(nodes.count()));
-  add_dataset(name, H5T_NATIVE_DOUBLE, count_of(nodes.total), count_of(nodes.begin), values.size(), values.data());
+  add_dataset(name, H5T_NATIVE_DOUBLE, nodes, values.data());
 }
 
-void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values) {
-  assert(values.size() == count_of(nodes.count()));
-  add_dataset(name, H5T_NATIVE_INT64, count_of(nodes.total), count_of(nodes.begin), values.size(), values.data());
+void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values,
+                               int components) {
+  assert(values.size() == count_of(nodes.count()) * static_cast<std::size_t>(components));
+  add_dataset(name, H5T_NATIVE_INT64, nodes, values.data(), components);
 }
 
 void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes, int components) {

@@ -1,47 +1,40 @@
 #include "udar/io/point_order.hpp"
 
+#include <petscis.h>
+
 #include <algorithm>
-#include <numeric>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
 namespace {
 
-using Moves = petsc::Handle<PetscSF, PetscSFDestroy>;
+using Graph = petsc::Handle<PetscSF, PetscSFDestroy>;
+using Indices = petsc::Handle<IS, ISDestroy>;
 
-/// How many numbers of all ranks are below each of these.
-std::vector<PetscInt> places_of(MPI_Comm comm, std::span<const std::int64_t> number) {
-  PetscInt end = 0;
-  for (const std::int64_t own : number) {
-    end = std::max(end, static_cast<PetscInt>(own) + 1);
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &end, 1, MPIU_INT, MPI_MAX, comm);
+/// From entries dealt to the ranks as `range` says to those that this rank asks for.
+void set_graph(MPI_Comm comm, const NodeRange& range, std::span<const PetscInt> asked, Graph& graph) {
   PetscLayout layout = nullptr;
-  UDAR_CALL(PetscLayoutCreateFromSizes(comm, PETSC_DECIDE, end, 1, &layout));
-  PetscInt local = 0;
-  UDAR_CALL(PetscLayoutGetLocalSize(layout, &local));
-  const std::vector<PetscInt> roots{number.begin(), number.end()};
-  Moves moves;
-  UDAR_CALL(PetscSFCreate(comm, moves.put()));
-  UDAR_CALL(PetscSFSetGraphLayout(moves, layout, static_cast<PetscInt>(roots.size()), nullptr, PETSC_USE_POINTER,
-                                  roots.data()));
+  UDAR_CALL(PetscLayoutCreateFromSizes(comm, range.count(), range.total, 1, &layout));
+  UDAR_CALL(PetscSFCreate(comm, graph.put()));
+  UDAR_CALL(PetscSFSetGraphLayout(graph, layout, static_cast<PetscInt>(asked.size()), nullptr, PETSC_COPY_VALUES,
+                                  asked.data()));
   UDAR_CALL(PetscLayoutDestroy(&layout));
-  const std::vector<PetscInt> one(roots.size(), 1);
-  std::vector<PetscInt> there(static_cast<std::size_t>(local), 0);
-  UDAR_CALL(PetscSFReduceBegin(moves, MPIU_INT, one.data(), there.data(), MPI_REPLACE));
-  UDAR_CALL(PetscSFReduceEnd(moves, MPIU_INT, one.data(), there.data(), MPI_REPLACE));
-  const PetscInt here = std::accumulate(there.begin(), there.end(), PetscInt{0});
-  PetscInt before = 0;
-  MPI_Exscan(&here, &before, 1, MPIU_INT, MPI_SUM, comm);
-  std::exclusive_scan(there.begin(), there.end(), there.begin(), before);
-  std::vector<PetscInt> places(roots.size());
-  UDAR_CALL(PetscSFBcastBegin(moves, MPIU_INT, there.data(), places.data(), MPI_REPLACE));
-  UDAR_CALL(PetscSFBcastEnd(moves, MPIU_INT, there.data(), places.data(), MPI_REPLACE));
-  return places;
+}
+
+std::vector<std::int64_t> numbers_of(const MassPoints& points) {
+  std::vector<std::int64_t> numbers(points.points());
+  for (std::size_t point = 0; point < numbers.size(); ++point) {
+    numbers[point] = points.number(point);
+  }
+  return numbers;
 }
 
 }  // namespace
+
+PointOrder::PointOrder(const MassPoints& points)
+    : PointOrder{
+          points.comm(), {.begin = points.begin(), .end = points.end(), .total = points.total()}, numbers_of(points)} {}
 
 PointOrder::PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const std::int64_t> number)
     : comm_{comm}, range_{points} {
@@ -53,21 +46,46 @@ PointOrder::PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const s
   if (same != 0) {
     return;
   }
-  const std::vector<PetscInt> roots = places_of(comm, number);
-  PetscLayout layout = nullptr;
-  UDAR_CALL(PetscLayoutCreateFromSizes(comm, points.count(), points.total, 1, &layout));
-  UDAR_CALL(PetscSFCreate(comm, moves_.put()));
-  UDAR_CALL(PetscSFSetGraphLayout(moves_, layout, points.count(), nullptr, PETSC_USE_POINTER, roots.data()));
-  UDAR_CALL(PetscLayoutDestroy(&layout));
+  const std::vector<PetscInt> numbers{number.begin(), number.end()};
+  Indices all;
+  Indices rows;
+  UDAR_CALL(ISCreateGeneral(comm, points.count(), numbers.data(), PETSC_USE_POINTER, all.put()));
+  UDAR_CALL(ISRenumber(all, nullptr, nullptr, rows.put()));
+  const PetscInt* row = nullptr;
+  UDAR_CALL(ISGetIndices(rows, &row));
+  row_.assign(row, row + points.count());
+  set_graph(comm, range_, {row, row_.size()}, moves_);
+  UDAR_CALL(ISRestoreIndices(rows, &row));
 }
 
-std::vector<double> PointOrder::to_user(std::span<const double> own) const {
-  std::vector<double> ordered{own.begin(), own.end()};
+template <class Value>
+std::vector<Value> PointOrder::moved(std::span<const Value> own, MPI_Datatype type, int components) const {
+  std::vector<Value> ordered{own.begin(), own.end()};
   if (moves_ != nullptr) {
-    UDAR_CALL(PetscSFReduceBegin(moves_, MPI_DOUBLE, own.data(), ordered.data(), MPI_REPLACE));
-    UDAR_CALL(PetscSFReduceEnd(moves_, MPI_DOUBLE, own.data(), ordered.data(), MPI_REPLACE));
+    MPI_Datatype unit = type;
+    if (components > 1) {
+      MPI_Type_contiguous(components, type, &unit);
+      MPI_Type_commit(&unit);
+    }
+    UDAR_CALL(PetscSFReduceBegin(moves_, unit, own.data(), ordered.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFReduceEnd(moves_, unit, own.data(), ordered.data(), MPI_REPLACE));
+    if (components > 1) {
+      MPI_Type_free(&unit);
+    }
   }
   return ordered;
+}
+
+std::vector<double> PointOrder::to_user(std::span<const double> own, int components) const {
+  return moved(own, MPI_DOUBLE, components);
+}
+
+std::vector<std::int64_t> PointOrder::to_user(std::span<const std::int64_t> own) const {
+  return moved(own, MPI_INT64_T, 1);
+}
+
+std::vector<std::uint8_t> PointOrder::to_user(std::span<const std::uint8_t> own, int components) const {
+  return moved(own, MPI_UNSIGNED_CHAR, components);
 }
 
 std::vector<double> PointOrder::from_user(std::span<const double> ordered) const {
@@ -77,6 +95,17 @@ std::vector<double> PointOrder::from_user(std::span<const double> ordered) const
     UDAR_CALL(PetscSFBcastEnd(moves_, MPI_DOUBLE, ordered.data(), own.data(), MPI_REPLACE));
   }
   return own;
+}
+
+std::vector<std::int64_t> PointOrder::rows_of(std::span<const PetscInt> global) const {
+  std::vector<std::int64_t> rows{global.begin(), global.end()};
+  if (moves_ != nullptr) {
+    Graph asked;
+    set_graph(comm_, range_, global, asked);
+    UDAR_CALL(PetscSFBcastBegin(asked, MPI_INT64_T, row_.data(), rows.data(), MPI_REPLACE));
+    UDAR_CALL(PetscSFBcastEnd(asked, MPI_INT64_T, row_.data(), rows.data(), MPI_REPLACE));
+  }
+  return rows;
 }
 
 }  // namespace udar::io

@@ -5,8 +5,6 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
-#include <utility>
 #include <vector>
 
 #include "udar/io/hdf5_file.hpp"
@@ -104,26 +102,52 @@ constexpr const char* kLift = "/supports/lift";
 
 constexpr const char* kFieldTime = "/fields/time";
 
-std::string path_of(const FieldInfo& field) { return "/fields/" + std::string{field.name}; }
-
 /// A unit on a dataset; of a table those of its columns, in their order.
 void add_units(Hdf5File& file, const std::string& name, const std::string& units) {
   file.add_attribute(name, "units", units);
 }
 
-std::vector<std::int64_t> as_int64(std::span<const PetscInt> values) { return {values.begin(), values.end()}; }
+/// What a reader must know of a field to show it.
+void add_description(Hdf5File& file, const std::string& path, const FieldInfo& field) {
+  add_units(file, path, std::string{field.unit});
+  file.add_attribute(path, "label", std::string{field.label.empty() ? field.name : field.label});
+  file.add_attribute(path, "where", std::string{field.where == Where::points ? "points" : "cells"});
+}
 
-/// What a picture has in the place of each point: those that move along y show where the structure is, and each other
-/// one is the first of these once more.
-std::vector<std::int64_t> points_in_pictures(const RunLayout& layout) {
-  constexpr std::int64_t kHeight = 2;  // the direction whose position is one
-  const auto first = std::ranges::find(layout.direction, kHeight) - layout.direction.begin();
-  std::vector<std::int64_t> shown;
-  for (std::size_t point = 0; point < layout.direction.size(); ++point) {
-    const bool stays = layout.direction[point] == kHeight || first == std::ssize(layout.direction);
-    shown.push_back(layout.nodes.begin + (stays ? static_cast<std::int64_t>(point) : first));
+/// Where points stand, which they are, and what they are the corners of.
+void add_points(Hdf5File& file, const RunLayout& layout) {
+  const MassPoints& points = *layout.points;
+  std::array<std::vector<double>, 3> place;
+  std::vector<std::int64_t> number;
+  std::vector<std::int64_t> direction;
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    const Place at = points.place(point);
+    place[0].push_back(at.x);
+    place[1].push_back(at.y);
+    place[2].push_back(at.z);
+    number.push_back(points.number(point));
+    direction.push_back(static_cast<std::int64_t>(points.direction(point)));
   }
-  return shown;
+  constexpr std::array kAxes{"/x", "/y", "/z"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    int there = axis == 0 || std::ranges::any_of(place[axis], [](double at) { return at != 0.0; }) ? 1 : 0;
+    MPI_Allreduce(MPI_IN_PLACE, &there, 1, MPI_INT, MPI_LOR, layout.comm());
+    if (there != 0) {
+      file.add_node_values(kAxes[axis], layout.nodes(), layout.order->to_user(place[axis]));
+      add_units(file, kAxes[axis], "m");
+    }
+  }
+  file.add_node_values("/mass", layout.nodes(), layout.order->to_user(points.mass()));
+  add_units(file, "/mass", "kg");
+  file.add_node_values("/node", layout.nodes(), layout.order->to_user(number));
+  add_units(file, "/node", "1");
+  if (!layout.upright) {
+    file.add_node_values("/direction", layout.nodes(), layout.order->to_user(direction));
+    add_units(file, "/direction", "1");
+  }
+  file.add_node_values("/cells", layout.cells, layout.order->rows_of(layout.topology.corners),
+                       static_cast<int>(Topology::corners_of(layout.topology.shape)));
+  add_units(file, "/cells", "1");
 }
 
 void add_layout(Hdf5File& file, const RunLayout& layout) {
@@ -131,33 +155,18 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
     file.add_attribute("/", library + "_version", version);
   }
   int ranks = 1;
-  MPI_Comm_size(layout.comm, &ranks);
+  MPI_Comm_size(layout.comm(), &ranks);
   file.add_attribute("/", "options", layout.options_text);
   file.add_attribute("/", "filter_frequency", layout.filter_frequency);
-  file.add_attribute("/", "elements", static_cast<std::int64_t>(layout.elements));
+  const bool only_points = layout.topology.shape == Topology::Shape::vertex;
+  file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells.total));
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
-
-  file.add_node_values("/x", layout.nodes, layout.x);
-  add_units(file, "/x", "m");
-  file.add_node_values("/mass", layout.nodes, layout.mass);
-  add_units(file, "/mass", "kg");
-  std::vector<std::int64_t> node(static_cast<std::size_t>(layout.nodes.count()));
-  std::iota(node.begin(), node.end(), layout.nodes.begin);
-  file.add_node_values("/node", layout.nodes, node);
-  add_units(file, "/node", "1");
-  if (layout.topology.cells == Topology::Cells::vertices) {
-    for (const auto& [name, values] : {std::pair{"/y", &layout.y}, {"/z", &layout.z}}) {
-      file.add_node_values(name, layout.nodes, *values);
-      add_units(file, name, "m");
-    }
-    const std::vector<std::int64_t> shown = points_in_pictures(layout);
-    for (const auto& [name, values] :
-         {std::pair{"/direction", &layout.direction}, {"/unknown", &layout.number}, {"/shown", &shown}}) {
-      file.add_node_values(name, layout.nodes, *values);
-      add_units(file, name, "1");
-    }
+  file.add_group("/parameters");
+  for (const auto& [name, value] : layout.parameters) {
+    file.add_attribute("/parameters", name, value);
   }
-  file.add_small("/gauge_node", as_int64(layout.gauge_node));
+  add_points(file, layout);
+  file.add_small("/gauge_node", layout.numbers_of(layout.gauge_node));
   add_units(file, "/gauge_node", "1");
   file.add_small("/gauge_position", layout.gauge_position);
   add_units(file, "/gauge_position", "m");
@@ -188,13 +197,15 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 }  // namespace
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
-    : file_{std::make_unique<Hdf5File>(layout.comm, path, Hdf5File::Access::create)},
-      nodes_{layout.nodes},
-      cells_{layout.cells()},
+    : file_{std::make_unique<Hdf5File>(layout.comm(), path, Hdf5File::Access::create)},
+      points_{layout.points},
+      order_{layout.order},
+      cells_{layout.cells},
+      upright_{layout.upright},
       fields_{layout.fields},
       supports_{static_cast<PetscInt>(layout.supports.size())} {
   int rank = 0;
-  MPI_Comm_rank(layout.comm, &rank);
+  MPI_Comm_rank(layout.comm(), &rank);
   first_rank_ = rank == 0;
   add_layout(*file_, layout);
   file_->add_group("/fields");
@@ -202,9 +213,13 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   add_units(*file_, kFieldTime, "s");
   for (const FieldInfo& field : fields_) {
     if (field.rows) {
-      const PetscInt total = field.where == Where::points ? nodes_.total : cells_.total;
+      const PetscInt total = field.where == Where::points ? order_->range().total : cells_.total;
       file_->add_rows(path_of(field), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE, total, field.components);
-      add_units(*file_, path_of(field), std::string{field.unit});
+      add_description(*file_, path_of(field), field);
+    }
+    if (field.position && !upright_) {
+      file_->add_rows(displacement_path(field.body), H5T_NATIVE_DOUBLE, order_->range().total, 3);
+      add_units(*file_, displacement_path(field.body), "m");
     }
   }
   file_->add_records("/impacts", impact_type());
@@ -224,6 +239,7 @@ void ResultsFile::append_fields(const Snapshot& state) {
   std::uint64_t bytes = file_->growth(kFieldTime);
   for (const FieldInfo& field : fields_) {
     bytes += field.rows ? file_->growth(path_of(field)) : 0;
+    bytes += field.position && !upright_ ? file_->growth(displacement_path(field.body)) : 0;
   }
   file_->reserve(bytes);
 
@@ -231,13 +247,42 @@ void ResultsFile::append_fields(const Snapshot& state) {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     assert(state.fields[i].name == fields_[i].name);
     if (fields_[i].rows) {
-      file_->append_row(path_of(fields_[i]), fields_[i].where == Where::points ? nodes_ : cells_,
-                        state.fields[i].data());
+      append_field(state.fields[i]);
+    }
+    if (fields_[i].position && !upright_) {
+      const std::vector<double> moved = order_->to_user(displacements(state.fields[i].numbers()), 3);
+      file_->append_row(displacement_path(fields_[i].body), order_->range(), moved.data());
     }
   }
   file_->append_records(kFieldTime, &state.time, first_rank_ ? 1 : 0);
   ++field_rows_;
   flush_if_due();
+}
+
+void ResultsFile::append_field(const Field& field) {
+  const std::string path = path_of(field);
+  if (field.where == Where::cells) {
+    file_->append_row(path, cells_, field.data());
+  } else if (order_->same()) {
+    file_->append_row(path, order_->range(), field.data());
+  } else if (field.flag) {
+    file_->append_row(path, order_->range(), order_->to_user(field.flags(), field.components).data());
+  } else {
+    file_->append_row(path, order_->range(), order_->to_user(field.numbers(), field.components).data());
+  }
+}
+
+/// How far points are from their places, by their one coordinate each: vectors [m].
+std::vector<double> ResultsFile::displacements(std::span<const double> coordinate) const {
+  std::vector<double> vectors(3 * coordinate.size(), 0.0);
+  for (std::size_t point = 0; point < coordinate.size(); ++point) {
+    const Direction direction = points_->direction(point);
+    if (direction != Direction::other) {
+      const std::size_t axis = direction == Direction::x ? 0 : direction == Direction::y ? 1 : 2;
+      vectors[3 * point + axis] = coordinate[point] - points_->reference(point);
+    }
+  }
+  return vectors;
 }
 
 void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
@@ -301,10 +346,13 @@ void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<con
 void ResultsFile::add_envelope(std::span<const EnvelopeColumn> columns) {
   file_->add_group("/envelope");
   for (const EnvelopeColumn& column : columns) {
-    const NodeRange& range = column.where == Where::points ? nodes_ : cells_;
+    const bool of_points = column.field.where == Where::points;
+    const NodeRange& range = of_points ? order_->range() : cells_;
     const std::string path = "/envelope/" + column.name;
-    file_->add_node_values(path, range, column.values.first(static_cast<std::size_t>(range.count())));
-    add_units(*file_, path, column.unit);
+    const auto values = column.values.first(static_cast<std::size_t>(range.count()));
+    file_->add_node_values(path, range,
+                           of_points ? order_->to_user(values) : std::vector(values.begin(), values.end()));
+    add_description(*file_, path, column.field);
   }
   flush_if_due();
 }

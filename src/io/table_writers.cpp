@@ -16,7 +16,11 @@ namespace {
 class GaugeWriter final : public BlockWriter {
  public:
   GaugeWriter(const RunLayout& layout, const std::string& path, double interval)
-      : BlockWriter{interval}, comm_{layout.comm}, nodes_{layout.nodes}, node_{layout.gauge_node}, file_{comm_, path} {
+      : BlockWriter{interval},
+        comm_{layout.comm()},
+        points_{layout.points},
+        node_{layout.gauge_node},
+        file_{comm_, path} {
     MPI_Comm_rank(comm_, &rank_);
     std::vector<std::string_view> columns;
     for (std::size_t i = 0; i < layout.fields.size(); ++i) {
@@ -32,8 +36,8 @@ class GaugeWriter final : public BlockWriter {
   void add(const Snapshot& state) override {
     times_.push_back(state.time);
     for (const PetscInt node : node_) {
-      const bool here = nodes_.begin <= node && node < nodes_.end;
-      const auto local = static_cast<std::size_t>(here ? node - nodes_.begin : 0);
+      const bool here = points_->owns(node);
+      const auto local = static_cast<std::size_t>(here ? node - points_->begin() : 0);
       for (const std::size_t field : field_) {
         values_.push_back(here ? state.fields[field].numbers()[local] : 0.0);
       }
@@ -53,7 +57,7 @@ class GaugeWriter final : public BlockWriter {
 
   MPI_Comm comm_;
   int rank_ = 0;
-  NodeRange nodes_;
+  const MassPoints* points_;
   std::vector<PetscInt> node_;      ///< of each gauge
   std::vector<std::size_t> field_;  ///< that a gauge reads, indices into the snapshot's
   TextFile file_;
@@ -65,7 +69,7 @@ class EnergyWriter final : public BlockWriter {
  public:
   EnergyWriter(const RunLayout& layout, const std::string& path, const std::shared_ptr<ResultsFile>& results,
                double interval)
-      : BlockWriter{interval}, results_{results}, file_{layout.comm, path} {
+      : BlockWriter{interval}, results_{results}, file_{layout.comm(), path} {
     file_.append(energy_header());
   }
 
@@ -99,7 +103,7 @@ class ContactWriter final : public BlockWriter {
  public:
   ContactWriter(const RunLayout& layout, const std::string& path, const std::shared_ptr<ResultsFile>& results,
                 double interval, SupportForces& forces)
-      : BlockWriter{interval}, comm_{layout.comm}, results_{results}, forces_{&forces}, file_{layout.comm, path} {
+      : BlockWriter{interval}, comm_{layout.comm()}, results_{results}, forces_{&forces}, file_{layout.comm(), path} {
     file_.append(contact_header(forces_->supports()));
     for (const RunLayout::Support& support : layout.supports) {
       lifts_.push_back(support.lift);

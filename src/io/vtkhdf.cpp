@@ -26,6 +26,11 @@ constexpr std::uint8_t kVertex = 1;
 constexpr std::uint8_t kPolyVertex = 2;
 constexpr std::uint8_t kPolyLine = 4;
 
+std::uint8_t cell_type(Topology::Shape shape) {
+  constexpr std::array<std::uint8_t, 6> kTypes{kVertex, 3, 5, 9, 10, 12};  // in the order of `Shape`
+  return kTypes.at(static_cast<std::size_t>(shape));
+}
+
 using Extent = std::vector<hsize_t>;
 
 Hdf5Id space_of(const Extent& extent) {
@@ -84,6 +89,27 @@ class Writer {
     keep(data.valid() && (values.empty() || H5Dwrite(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0));
   }
 
+  /// As many values as `count`, each made of its number; no more than some of them are in memory.
+  template <class Value, class Make>
+  void sequence(const std::string& name, hsize_t count, const Make& make) {
+    constexpr hsize_t kBlock = 1 << 17;
+    const hid_t type = type_of(Value{});
+    const Hdf5Id space = space_of({count});
+    const Hdf5Id data{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose};
+    bool ok = data.valid();
+    std::vector<Value> block;
+    for (hsize_t begin = 0; ok && begin < count; begin += kBlock) {
+      const hsize_t size = std::min(kBlock, count - begin);
+      block.clear();
+      for (hsize_t i = begin; i < begin + size; ++i) {
+        block.push_back(make(i));
+      }
+      ok = H5Sselect_hyperslab(space, H5S_SELECT_SET, &begin, nullptr, &size, nullptr) >= 0 &&
+           H5Dwrite(data, type, space_of({size}), space, H5P_DEFAULT, block.data()) >= 0;
+    }
+    keep(ok);
+  }
+
   /// Values that are elsewhere; `fill` where no piece has any. A piece whose dataset begins with `kRoot` is of this
   /// file.
   template <class Value>
@@ -120,23 +146,34 @@ class Writer {
 
 hsize_t count_of(std::size_t value) { return value; }
 
-/// The three parts of the grid, their points one after the other.
+/// The three parts of the grid: the line in its cells, the masses in one, each support in one; their points and cells
+/// one after the other.
 struct Parts {
   hsize_t nodes;
+  hsize_t line_cells;
+  hsize_t corners;  ///< of one of these
+  hsize_t supports;
   hsize_t support_points;
   hsize_t rows;
 
   [[nodiscard]] hsize_t points() const { return 2 * nodes + support_points; }
+  [[nodiscard]] hsize_t cells() const { return line_cells + 1 + supports; }
+  [[nodiscard]] hsize_t corner_numbers() const { return line_cells * corners + nodes + support_points; }
   /// Where the points of a body begin.
   [[nodiscard]] hsize_t first(Body body) const { return body == Body::line ? 0 : nodes; }
-  /// Rows of a field at the nodes of its body.
+  /// Rows of a field at the nodes of its body, or in the cells of the line.
   [[nodiscard]] Piece data(const FieldInfo& field) const {
-    const auto components = static_cast<hsize_t>(field.components);
-    const std::string path = "/fields/" + std::string{field.name};
+    const bool of_points = field.where == Where::points;
+    return vectors(path_of(field), of_points ? first(field.body) : 0, of_points ? nodes : line_cells,
+                   static_cast<hsize_t>(field.components), of_points ? points() : cells());
+  }
+  /// Rows of `count` values among `all`.
+  [[nodiscard]] Piece vectors(const std::string& path, hsize_t first, hsize_t count, hsize_t components,
+                              hsize_t all) const {
     if (components == 1) {
-      return {path, {rows, nodes}, {first(field.body)}, {points()}, {rows}, {nodes}};
+      return {path, {rows, count}, {first}, {all}, {rows}, {count}};
     }
-    return {path, {rows, nodes, components}, {first(field.body), 0}, {points(), 1}, {rows, 1}, {nodes, components}};
+    return {path, {rows, count, components}, {first, 0}, {all, 1}, {rows, 1}, {count, components}};
   }
   /// Rows of values as the heights of vectors.
   [[nodiscard]] Piece height(const std::string& dataset, hsize_t first, hsize_t count) const {
@@ -148,47 +185,58 @@ struct Parts {
   }
 };
 
-void write_grid(Writer& writer, const Parts& parts, const Topology& topology,
-                const std::vector<std::int64_t>& support_sizes, const std::vector<double>& support_points) {
-  const auto nodes = static_cast<std::int64_t>(parts.nodes);
-  const auto of_supports = static_cast<std::int64_t>(parts.support_points);
-  const auto supports = static_cast<std::int64_t>(support_sizes.size());
-  writer.values("/VTKHDF/NumberOfPoints", std::vector<std::int64_t>{nodes, nodes, of_supports});
-  writer.values("/VTKHDF/NumberOfConnectivityIds", std::vector<std::int64_t>{nodes, nodes, of_supports});
-  writer.values("/VTKHDF/NumberOfCells", std::vector<std::int64_t>{1, 1, supports});
-  std::vector<std::int64_t> offsets{0, nodes, 0, nodes, 0};
-  std::vector<std::uint8_t> types{topology.cells == Topology::Cells::polyline ? kPolyLine : kPolyVertex, kPolyVertex};
-  std::vector<std::int64_t> part{0, 1};
+/// Corners, offsets, types and parts of the cells.
+void write_cells(Writer& writer, const Parts& parts, Topology::Shape shape,
+                 const std::vector<std::int64_t>& support_sizes) {
+  const hsize_t line_cells = parts.line_cells;
+  std::vector<std::int64_t> tail{0, static_cast<std::int64_t>(parts.nodes), 0};  // offsets of the other two parts
   for (const std::int64_t size : support_sizes) {
-    offsets.push_back(offsets.back() + size);
-    types.push_back(size > 1 ? kPolyLine : kVertex);
-    part.push_back(2);
+    tail.push_back(tail.back() + size);
   }
-  writer.values("/VTKHDF/Offsets", offsets);
-  writer.values("/VTKHDF/Types", types);
+  writer.sequence<std::int64_t>("/VTKHDF/Offsets", line_cells + 1 + tail.size(), [&](hsize_t i) {
+    return i <= line_cells ? static_cast<std::int64_t>(i * parts.corners) : tail[i - line_cells - 1];
+  });
+  writer.sequence<std::uint8_t>("/VTKHDF/Types", parts.cells(), [&](hsize_t i) {
+    return i < line_cells                          ? cell_type(shape)
+           : i == line_cells                       ? kPolyVertex
+           : support_sizes[i - line_cells - 1] > 1 ? kPolyLine
+                                                   : kVertex;
+  });
   writer.group("/VTKHDF/CellData");
-  writer.values("/VTKHDF/CellData/part", part);
+  writer.sequence<std::int64_t>("/VTKHDF/CellData/part", parts.cells(), [&](hsize_t i) {
+    return i < line_cells ? 0 : i == line_cells ? 1 : 2;
+  });
   writer.text("/VTKHDF/CellData/part", "units", "1");
 
   // A part numbers its points from 0.
-  writer.group("/VTKHDF/Supports");
-  std::vector<std::int64_t> numbers(support_points.size() / 3);
-  std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
-  writer.values("/VTKHDF/Supports/number", numbers);
+  const auto numbers = [&](const std::string& path, hsize_t count) {
+    writer.sequence<std::int64_t>(path, count, [](hsize_t i) { return static_cast<std::int64_t>(i); });
+  };
+  numbers("/VTKHDF/Masses/number", parts.nodes);
+  numbers("/VTKHDF/Supports/number", parts.support_points);
+  const hsize_t of_line = line_cells * parts.corners;
+  const Extent corners = parts.corners > 1 ? Extent{line_cells, parts.corners} : Extent{line_cells};
+  std::vector<Piece> connectivity{{"/cells", corners, {0}, {1}, {1}, {of_line}},
+                                  {"/VTKHDF/Masses/number", {parts.nodes}, {of_line}, {1}, {1}, {parts.nodes}}};
+  if (parts.support_points > 0) {
+    connectivity.push_back(
+        {"/VTKHDF/Supports/number", {parts.support_points}, {of_line + parts.nodes}, {1}, {1}, {parts.support_points}});
+  }
+  writer.view("/VTKHDF/Connectivity", {parts.corner_numbers()}, std::int64_t{0}, connectivity);
+}
+
+void write_points(Writer& writer, const Parts& parts, std::span<const std::string> axes,
+                  const std::vector<double>& support_points) {
   writer.values("/VTKHDF/Supports/points", support_points, {parts.support_points, 3});
-  const bool scattered = topology.cells == Topology::Cells::vertices;
-  const char* shown = scattered ? "/shown" : "/node";
-  std::vector<Piece> connectivity{parts.fixed(shown, 0), parts.fixed(shown, parts.nodes)};
   std::vector<Piece> points;
-  for (const hsize_t first : {hsize_t{0}, parts.nodes}) {
-    points.push_back({"/x", {parts.nodes}, {first, 0}, {1, 1}, {1, 1}, {parts.nodes, 1}});
-    if (scattered) {
-      points.push_back({"/z", {parts.nodes}, {first, 2}, {1, 1}, {1, 1}, {parts.nodes, 1}});
+  for (hsize_t axis = 0; axis < axes.size(); ++axis) {
+    for (const hsize_t first : {hsize_t{0}, parts.nodes}) {
+      if (!axes[axis].empty()) {
+        points.push_back({axes[axis], {parts.nodes}, {first, axis}, {1, 1}, {1, 1}, {parts.nodes, 1}});
+      }
     }
   }
   if (parts.support_points > 0) {
-    connectivity.push_back(
-        {"/VTKHDF/Supports/number", {parts.support_points}, {2 * parts.nodes}, {1}, {1}, {parts.support_points}});
     points.push_back({"/VTKHDF/Supports/points",
                       {parts.support_points, 3},
                       {2 * parts.nodes, 0},
@@ -196,58 +244,97 @@ void write_grid(Writer& writer, const Parts& parts, const Topology& topology,
                       {1, 1},
                       {parts.support_points, 3}});
   }
-  writer.view("/VTKHDF/Connectivity", {parts.points()}, std::int64_t{0}, connectivity);
   writer.view("/VTKHDF/Points", {parts.points(), 3}, 0.0, points);
   writer.text("/VTKHDF/Points", "units", "m");
 }
 
-/// A name of point data, and whether each row has its own.
-struct PointData {
-  std::string name;
-  bool changes;
+void write_counts(Writer& writer, const Parts& parts) {
+  const auto three = [&](const std::string& name, hsize_t line, hsize_t masses, hsize_t supports) {
+    writer.values("/VTKHDF/NumberOf" + name,
+                  std::vector<std::int64_t>{static_cast<std::int64_t>(line), static_cast<std::int64_t>(masses),
+                                            static_cast<std::int64_t>(supports)});
+  };
+  three("Points", parts.nodes, parts.nodes, parts.support_points);
+  three("ConnectivityIds", parts.line_cells * parts.corners, parts.nodes, parts.support_points);
+  three("Cells", parts.line_cells, 1, parts.supports);
+}
+
+/// The data of the points, or of the cells: "Point" or "Cell".
+class DataGroup {
+ public:
+  DataGroup(Writer& writer, const Parts& parts, std::string kind)
+      : writer_{&writer}, parts_{&parts}, kind_{std::move(kind)} {}
+
+  template <class Value>
+  void add(const std::string& name, std::string_view units, const Extent& extent, Value fill,
+           const std::vector<Piece>& pieces, bool changes = true) {
+    const std::string path = "/VTKHDF/" + kind_ + "Data/" + name;
+    writer_->view(path, extent, fill, pieces);
+    writer_->text(path, "units", std::string{units});
+    written_.emplace_back(name, changes);
+  }
+
+  /// All fields of this kind that are no places.
+  void add(std::span<const FieldInfo> fields) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    const bool of_points = kind_ == "Point";
+    const hsize_t all = parts_->rows * (of_points ? parts_->points() : parts_->cells());
+    for (const FieldInfo& field : fields) {
+      if (field.position || (field.where == Where::points) != of_points) {
+        continue;
+      }
+      const Extent extent = field.components == 1 ? Extent{all} : Extent{all, static_cast<hsize_t>(field.components)};
+      const std::vector<Piece> pieces{parts_->data(field)};
+      if (field.flag) {
+        add(std::string{field.name}, field.unit, extent, std::uint8_t{0}, pieces);
+      } else {
+        add(std::string{field.name}, field.unit, extent, kNone, pieces);
+      }
+    }
+  }
+
+  /// Something that is there and stays.
+  void note(const std::string& name) { written_.emplace_back(name, false); }
+
+  /// Where the rows of each begin.
+  void write_offsets(std::size_t rows) const {
+    const hsize_t size = kind_ == "Point" ? parts_->points() : parts_->cells();
+    writer_->group("/VTKHDF/Steps/" + kind_ + "DataOffsets");
+    for (const auto& [name, changes] : written_) {
+      const hsize_t step = changes ? size : 0;
+      writer_->sequence<std::int64_t>("/VTKHDF/Steps/" + kind_ + "DataOffsets/" + name, rows,
+                                      [step](hsize_t row) { return static_cast<std::int64_t>(row * step); });
+    }
+  }
+
+ private:
+  Writer* writer_;
+  const Parts* parts_;
+  std::string kind_;
+  std::vector<std::pair<std::string, bool>> written_;  ///< names, and whether each row has its own
 };
 
-std::vector<PointData> write_point_data(Writer& writer, const Parts& parts, std::span<const FieldInfo> fields,
-                                        bool supports_move) {
+void write_point_data(Writer& writer, const Parts& parts, std::span<const FieldInfo> fields, bool upright,
+                      bool supports_move, DataGroup& data) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  const hsize_t all = parts.rows * parts.points();
-  std::vector<PointData> written;
-  const auto add = [&](const std::string& name, std::string_view units, const Extent& extent, auto fill,
-                       const std::vector<Piece>& pieces, bool changes) {
-    const std::string path = "/VTKHDF/PointData/" + name;
-    writer.view(path, extent, fill, pieces);
-    writer.text(path, "units", std::string{units});
-    written.push_back({name, changes});
-  };
   writer.group("/VTKHDF/PointData");
   std::vector<Piece> displacement;
   for (const FieldInfo& field : fields) {
     if (field.position) {
-      displacement.push_back(parts.height("/fields/" + std::string{field.name}, parts.first(field.body), parts.nodes));
+      displacement.push_back(upright ? parts.height(path_of(field), parts.first(field.body), parts.nodes)
+                                     : parts.vectors(displacement_path(field.body), parts.first(field.body),
+                                                     parts.nodes, 3, parts.points()));
     }
   }
   if (supports_move) {
     displacement.push_back(parts.height("/VTKHDF/Supports/lift", 2 * parts.nodes, parts.support_points));
   }
-  add("displacement", "m", {all, 3}, 0.0, displacement, true);
-  for (const FieldInfo& field : fields) {
-    if (field.position) {
-      continue;
-    }
-    const Extent extent = field.components == 1 ? Extent{all} : Extent{all, static_cast<hsize_t>(field.components)};
-    const std::vector<Piece> pieces{parts.data(field)};
-    if (field.flag) {
-      add(std::string{field.name}, field.unit, extent, std::uint8_t{0}, pieces, true);
-    } else {
-      add(std::string{field.name}, field.unit, extent, kNone, pieces, true);
-    }
-  }
-  add("mass", "kg", {parts.points()}, kNone, {parts.fixed("/mass", parts.first(Body::masses))}, false);
-  return written;
+  data.add("displacement", "m", {parts.rows * parts.points(), 3}, 0.0, displacement);
+  data.add(fields);
+  data.add("mass", "kg", {parts.points()}, kNone, {parts.fixed("/mass", parts.first(Body::masses))}, false);
 }
 
-void write_steps(Writer& writer, const Parts& parts, std::span<const double> times,
-                 const std::vector<PointData>& point_data) {
+void write_steps(Writer& writer, std::span<const double> times) {
   const auto rows = static_cast<std::int64_t>(times.size());
   const std::vector<std::int64_t> zeros(times.size(), 0);
   writer.group("/VTKHDF/Steps");
@@ -261,33 +348,32 @@ void write_steps(Writer& writer, const Parts& parts, std::span<const double> tim
   for (const char* name : {"CellOffsets", "ConnectivityIdOffsets"}) {
     writer.values(std::string{"/VTKHDF/Steps/"} + name, zeros, {times.size(), 1});
   }
-  writer.group("/VTKHDF/Steps/CellDataOffsets");
-  writer.values("/VTKHDF/Steps/CellDataOffsets/part", zeros);
-  std::vector<std::int64_t> firsts(times.size());
-  for (std::size_t row = 0; row < firsts.size(); ++row) {
-    firsts[row] = static_cast<std::int64_t>(row * parts.points());
-  }
-  writer.group("/VTKHDF/Steps/PointDataOffsets");
-  for (const PointData& data : point_data) {
-    writer.values("/VTKHDF/Steps/PointDataOffsets/" + data.name, data.changes ? firsts : zeros);
-  }
 }
 
 }  // namespace
 
 VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string results)
-    : comm_{layout.comm},
+    : comm_{layout.comm()},
       path_{std::move(path)},
       results_{std::move(results)},
-      nodes_{layout.nodes.total},
-      topology_{layout.topology},
+      nodes_{layout.nodes().total},
+      cells_{layout.cells.total},
+      shape_{layout.topology.shape},
+      upright_{layout.upright},
       fields_{layout.fields_in_pictures()} {
-  std::array<double, 2> ends{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-  if (!layout.x.empty()) {
-    const auto [least, largest] = std::ranges::minmax(layout.x);
-    ends = {least, -largest};
+  // Heights of points that move along y are absolute.
+  std::array<int, 3> there{1, 0, 0};
+  for (std::size_t point = 0; point < layout.points->points(); ++point) {
+    const Place at = layout.points->place(point);
+    there[1] |= !upright_ && at.y != 0.0 ? 1 : 0;
+    there[2] |= at.z != 0.0 ? 1 : 0;
   }
-  MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MIN, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, there.data(), 3, MPI_INT, MPI_MAX, comm_);
+  constexpr std::array kNames{"/x", "/y", "/z"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    axes_[axis] = there[axis] != 0 ? kNames[axis] : "";
+  }
+  const udar::Extent ends = layout.points->extent();
   for (const RunLayout::Support& support : layout.supports) {
     const bool ground = !layout.ground_x.empty() && &support == &layout.supports.back();
     std::vector<double> x{support.position};
@@ -296,8 +382,8 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
       x = layout.ground_x;
       height = layout.ground_height;
     } else if (support.width > 0.0) {  // a floor's is infinite
-      x = {std::max(ends[0], support.position - 0.5 * support.width),
-           std::min(-ends[1], support.position + 0.5 * support.width)};
+      x = {std::max(ends.from, support.position - 0.5 * support.width),
+           std::min(ends.to, support.position + 0.5 * support.width)};
     }
     height.resize(x.size(), support.height);
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -315,6 +401,9 @@ void VtkHdfFile::write(std::span<const double> times) const {
   if (rank == 0) {
     const std::string unfinished = path_ + ".tmp";
     const Parts parts{.nodes = static_cast<hsize_t>(nodes_),
+                      .line_cells = static_cast<hsize_t>(cells_),
+                      .corners = static_cast<hsize_t>(Topology::corners_of(shape_)),
+                      .supports = count_of(support_sizes_.size()),
                       .support_points = count_of(support_points_.size() / 3),
                       .rows = count_of(times.size())};
     const bool supports_move = std::ranges::any_of(lifts_, [](const auto& lift) { return static_cast<bool>(lift); });
@@ -323,7 +412,11 @@ void VtkHdfFile::write(std::span<const double> times) const {
     constexpr std::array<std::int64_t, 2> kVersion{2, 0};
     writer.attribute("/VTKHDF", "Version", H5T_NATIVE_INT64, {2}, kVersion.data());
     writer.text("/VTKHDF", "Type", "UnstructuredGrid");
-    write_grid(writer, parts, topology_, support_sizes_, support_points_);
+    writer.group("/VTKHDF/Masses");
+    writer.group("/VTKHDF/Supports");
+    write_counts(writer, parts);
+    write_cells(writer, parts, shape_, support_sizes_);
+    write_points(writer, parts, axes_, support_points_);
     if (supports_move) {
       std::vector<double> lift;
       lift.reserve(times.size() * parts.support_points);
@@ -335,7 +428,14 @@ void VtkHdfFile::write(std::span<const double> times) const {
       writer.values("/VTKHDF/Supports/lift", lift, {parts.rows, parts.support_points});
       writer.text("/VTKHDF/Supports/lift", "units", "m");
     }
-    write_steps(writer, parts, times, write_point_data(writer, parts, fields_, supports_move));
+    DataGroup at_points{writer, parts, "Point"};
+    DataGroup in_cells{writer, parts, "Cell"};
+    write_point_data(writer, parts, fields_, upright_, supports_move, at_points);
+    in_cells.note("part");
+    in_cells.add(fields_);
+    write_steps(writer, times);
+    at_points.write_offsets(times.size());
+    in_cells.write_offsets(times.size());
     if (!writer.close()) {
       failure = cannot_write(unfinished, "HDF5 cannot write it");
       unlink(unfinished.c_str());

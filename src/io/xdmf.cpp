@@ -13,82 +13,122 @@ constexpr const char* kFooter =
     "  </Domain>\n"
     "</Xdmf>\n";
 
+/// What XDMF calls a cell; for those whose size it does not tell it is asked for.
+std::string topology_type(Topology::Shape shape) {
+  switch (shape) {
+    case Topology::Shape::vertex:
+      return "Polyvertex\" NodesPerElement=\"1";
+    case Topology::Shape::line:
+      return "Polyline\" NodesPerElement=\"2";
+    case Topology::Shape::triangle:
+      return "Triangle";
+    case Topology::Shape::quadrilateral:
+      return "Quadrilateral";
+    case Topology::Shape::tetrahedron:
+      return "Tetrahedron";
+    case Topology::Shape::hexahedron:
+      break;
+  }
+  return "Hexahedron";
+}
+
+std::string open(const std::string& extent, const std::string& type) {
+  return "<DataItem Dimensions=\"" + extent + "\" NumberType=" + type + " Format=\"HDF\">";
+}
+
+/// A whole dataset.
+std::string whole(const std::string& extent, const std::string& type, const std::string& source) {
+  return "          " + open(extent, type) + source + "</DataItem>\n";
+}
+
+/// The numbers `choice` - start, stride and count - of a dataset of two or three dimensions.
+std::string part(const std::string& extent, const std::string& choice, const std::string& shape,
+                 const std::string& type, const std::string& source) {
+  const bool flat = extent.find(' ') == std::string::npos;
+  const std::string indent = "          ";
+  return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + extent + "\" Type=\"HyperSlab\">\n" + indent +
+         "  <DataItem Dimensions=\"3 " + (flat ? "2" : "3") + "\" Format=\"XML\">" + choice + "</DataItem>\n" + indent +
+         "  " + open(shape, type) + source + "</DataItem>\n" + indent + "</DataItem>\n";
+}
+
+constexpr const char* kFloat = "\"Float\" Precision=\"8\"";
+
 }  // namespace
 
 XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string results, std::string points)
-    : file_{std::make_unique<TextFile>(layout.comm, path)},
+    : file_{std::make_unique<TextFile>(layout.comm(), path)},
       results_{std::move(results)},
-      zeros_{std::move(points)},
-      nodes_{layout.nodes.total},
-      topology_{layout.topology},
+      points_{std::move(points)},
+      nodes_{layout.nodes().total},
+      cells_{layout.cells.total},
+      shape_{layout.topology.shape},
+      upright_{layout.upright},
       fields_{layout.fields_in_pictures()} {
   file_->append(
       "<?xml version=\"1.0\"?>\n"
       "<Xdmf Version=\"2.0\">\n"
       "  <Domain>\n"
       "    <Grid Name=\"" +
-          std::string{topology_.name} + "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
+          std::string{layout.topology.name} + "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
       kFooter);
 }
 
 XdmfFile::~XdmfFile() = default;
 
-void XdmfFile::append(double time) {
-  const std::string nodes = std::to_string(nodes_);
+/// The next row of the rows at `source`. Of them only those up to this one are named, so that this stays true while the
+/// file grows.
+std::string XdmfFile::row_of(const std::string& source, const FieldInfo& field) const {
+  const std::string count = std::to_string(field.where == Where::points ? nodes_ : cells_);
   const std::string row = std::to_string(rows_);
   const std::string rows = std::to_string(rows_ + 1);
-  // A value per node that does not change.
-  const auto fixed = [&](const char* name, const char* type, const std::string& comment) {
-    return std::string{"<DataItem Dimensions=\""} + nodes + "\" NumberType=\"" + type +
-           "\" Precision=\"8\" Format=\"HDF\">" + comment + results_ + ":" + name + "</DataItem>\n";
-  };
-  // What stands at the nodes out of a larger array.
-  const auto part = [&](const std::string& extent, const std::string& choice, const std::string& shape,
-                        const std::string& type, const std::string& source) {
-    const std::string indent = "          ";
-    return indent + "<DataItem ItemType=\"HyperSlab\" Dimensions=\"" + extent + "\" Type=\"HyperSlab\">\n" + indent +
-           "  <DataItem Dimensions=\"3 " + (extent == nodes ? "2" : "3") + "\" Format=\"XML\">" + choice +
-           "</DataItem>\n" + indent + "  <DataItem Dimensions=\"" + shape + "\" NumberType=" + type +
-           " Format=\"HDF\">" + source + "</DataItem>\n" + indent + "</DataItem>\n";
-  };
-  // Row `rows_` of a field. Of the field's rows only those up to this one are named, so that this stays true while the
-  // file grows.
-  const auto slab = [&](const FieldInfo& field) {
-    const std::string type = field.flag ? "\"UChar\" Precision=\"1\"" : "\"Float\" Precision=\"8\"";
-    const std::string source = results_ + ":/fields/" + std::string{field.name};
-    if (field.components == 1) {
-      return part(nodes, row + " 0 1 1 1 " + nodes, rows + " " + nodes, type, source);
-    }
-    const std::string extent = nodes + " " + std::to_string(field.components);
-    return part(extent, row + " 0 0 1 1 1 1 " + extent, rows + " " + extent, type, source);
-  };
-  const auto attribute = [&](const FieldInfo& field) {
-    const char* type = field.components == 1 ? "Scalar" : (field.components == 3 ? "Vector" : "Matrix");
-    return "        <Attribute Name=\"" + std::string{field.name} + "\" AttributeType=\"" + type +
-           "\" Center=\"Node\">\n" + slab(field) + "        </Attribute>\n";
-  };
-
-  // VTK takes the points of the row before again if the first thing in the first item of the geometry reads the same.
-  const std::string unique = "<!-- row " + row + " -->";
-  std::string grid = "      <Grid Name=\"row " + row + "\" GridType=\"Uniform\">\n        <Time Value=\"";
-  append_number(grid, time);
-  const bool polyline = topology_.cells == Topology::Cells::polyline;
-  grid += std::string{"\"/>\n        <Topology TopologyType=\""} + (polyline ? "Polyline" : "Polyvertex") +
-          "\" NodesPerElement=\"" + (polyline ? nodes : "1") + "\" NumberOfElements=\"" + (polyline ? "1" : nodes) +
-          "\">\n          " + fixed(polyline ? "/node" : "/shown", "Int", "") +
-          "        </Topology>\n"
-          "        <Geometry GeometryType=\"X_Y_Z\">\n          " +
-          fixed("/x", "Float", unique);
-  const auto shape = std::ranges::find_if(fields_, &FieldInfo::position);  // of the line, as a rule
-  if (shape != fields_.end()) {
-    grid += slab(*shape);
+  const std::string type = field.flag ? "\"UChar\" Precision=\"1\"" : kFloat;
+  if (field.components == 1) {
+    return part(count, row + " 0 1 1 1 " + count, rows + " " + count, type, results_ + ":" + source);
   }
+  const std::string extent = count + " " + std::to_string(field.components);
+  return part(extent, row + " 0 0 1 1 1 1 " + extent, rows + " " + extent, type, results_ + ":" + source);
+}
+
+std::string XdmfFile::attribute(const std::string& name, const std::string& source, const FieldInfo& field) const {
+  const char* type = field.components == 1 ? "Scalar" : (field.components == 3 ? "Vector" : "Matrix");
+  return "        <Attribute Name=\"" + name + "\" AttributeType=\"" + type + "\" Center=\"" +
+         (field.where == Where::points ? "Node" : "Cell") + "\">\n" + row_of(source, field) + "        </Attribute>\n";
+}
+
+/// The points of the line: x, then its height, or y, then z.
+std::string XdmfFile::geometry(const FieldInfo* height) const {
+  const std::string nodes = std::to_string(nodes_);
+  const auto column = [&](int axis) {
+    return part(nodes, "0 " + std::to_string(axis) + " 1 1 " + nodes + " 1", nodes + " 3", kFloat, points_);
+  };
+  // VTK takes the points of the row before again if the first thing in the first item of the geometry reads the same.
+  const std::string unique = "<!-- row " + std::to_string(rows_) + " -->";
   // VTK's Xdmf3 readers crash on points of two coordinates.
-  grid += part(nodes, "0 2 1 1 " + nodes + " 1", nodes + " 3", "\"Float\" Precision=\"8\"", zeros_);
-  grid += "        </Geometry>\n";
+  return "        <Geometry GeometryType=\"X_Y_Z\">\n" + whole(nodes, kFloat, unique + results_ + ":/x") +
+         (height != nullptr && upright_ ? row_of(path_of(*height), *height) : column(1)) + column(2) +
+         "        </Geometry>\n";
+}
+
+void XdmfFile::append(double time) {
+  std::string grid =
+      "      <Grid Name=\"row " + std::to_string(rows_) + "\" GridType=\"Uniform\">\n        <Time Value=\"";
+  append_number(grid, time);
+  const std::string cells = std::to_string(cells_);
+  const PetscInt corners = Topology::corners_of(shape_);
+  grid += "\"/>\n        <Topology TopologyType=\"" + topology_type(shape_) + "\" NumberOfElements=\"" + cells +
+          "\">\n" +
+          whole(corners > 1 ? cells + " " + std::to_string(corners) : cells, "\"Int\" Precision=\"8\"",
+                results_ + ":/cells") +
+          "        </Topology>\n";
+  const auto shape = std::ranges::find_if(fields_, &FieldInfo::position);  // of the line, as a rule
+  grid += geometry(shape != fields_.end() ? &*shape : nullptr);
   for (auto field = fields_.begin(); field != fields_.end(); ++field) {
     if (field != shape) {
-      grid += attribute(*field);
+      grid += attribute(std::string{field->name}, path_of(*field), *field);
+    } else if (!upright_) {
+      FieldInfo vector = *field;
+      vector.components = 3;
+      grid += attribute("displacement", displacement_path(field->body), vector);
     }
   }
   grid += "      </Grid>\n";

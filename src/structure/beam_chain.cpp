@@ -105,6 +105,14 @@ bool BeamChain::held() const {
          std::ranges::any_of(parameters_.segments, foundation);
 }
 
+Topology BeamChain::topology() const {
+  Topology topology;
+  for (PetscInt node = begin(); node < std::min(end(), elements()); ++node) {
+    topology.corners.insert(topology.corners.end(), {node, node + 1});
+  }
+  return topology;
+}
+
 void BeamChain::describe(Description& all) const { udar::describe(all, parameters_); }
 
 MomentStress BeamChain::moment_stress(PetscInt node) const {

@@ -307,6 +307,14 @@ void ImportedStructure::order(Mat stiffness, Vec mass, const ImportParameters& p
   UDAR_CALL(MatSetOption(stiffness_, MAT_SYMMETRIC, PETSC_TRUE));
 }
 
+Topology ImportedStructure::topology() const {
+  Topology topology{.name = "points", .shape = Topology::Shape::vertex, .corners = {}};
+  for (PetscInt point = points_->begin(); point < points_->end(); ++point) {
+    topology.corners.push_back(point);
+  }
+  return topology;
+}
+
 void ImportedStructure::describe(Description& all) const {
   all.add("structure", "import");
   all.add("unknowns", static_cast<double>(unknowns_));

@@ -48,13 +48,8 @@ void output(const BeamChain& beam, const std::string& directory, long repeats) {
   nlohmann::ordered_json result{{"elements", beam.elements()}, {"ranks", ranks}};
   {
     const auto count = static_cast<std::size_t>(beam.local_nodes());
-    io::RunLayout layout;
-    layout.comm = comm;
-    layout.elements = beam.elements();
-    layout.nodes = {.begin = beam.begin(), .end = beam.end(), .total = beam.nodes()};
-    layout.x.resize(count);
+    io::RunLayout layout{beam.points(), beam.topology()};
     const std::vector<double> field(count, 1.0);
-    layout.mass = field;
     const std::vector<std::uint8_t> resting(count);
     std::vector<Field> shown;
     std::vector<FieldInfo> infos{kMotionFields.begin(), kMotionFields.end()};

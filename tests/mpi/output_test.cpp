@@ -143,17 +143,24 @@ std::vector<FieldInfo> fields_of_a_beam() {
   return fields;
 }
 
+/// Points half a metre apart that weigh as many kilograms as metres they are from the first, and the lines between
+/// them; they live until the end of the test program.
 RunLayout layout_of(PetscInt nodes) {
-  RunLayout layout;
-  layout.comm = PETSC_COMM_WORLD;
-  layout.elements = nodes - 1;
-  layout.nodes = share(nodes);
-  for (PetscInt i = layout.nodes.begin; i < layout.nodes.end; ++i) {
-    layout.x.push_back(0.5 * static_cast<double>(i));
+  static std::vector<std::unique_ptr<const PlacedPoints>> kept;
+  const NodeRange own = share(nodes);
+  PointTable table;
+  Topology topology;
+  for (PetscInt i = own.begin; i < own.end; ++i) {
+    table.place.push_back({.x = 0.5 * static_cast<double>(i)});
+    table.mass.push_back(table.place.back().x);
+    if (i + 1 < nodes) {
+      topology.corners.insert(topology.corners.end(), {i, i + 1});
+    }
   }
-  layout.mass = layout.x;
+  kept.push_back(std::make_unique<const PlacedPoints>(PETSC_COMM_WORLD, 1, table));
+  RunLayout layout{*kept.back(), topology};
   layout.fields = fields_of_a_beam();
-  const std::vector<double> unknown(layout.x.size(), std::numeric_limits<double>::quiet_NaN());
+  const std::vector<double> unknown(table.mass.size(), std::numeric_limits<double>::quiet_NaN());
   layout.peaks = {{"stress", "Pa", "moment", unknown}, {"utilisation", "1", "moment", unknown}};
   layout.gauge_node = {nodes - 1, 0};
   layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
@@ -415,7 +422,7 @@ TEST(RunWriters, NeedNoGaugesAndNoSupports) {
   layout.supports.clear();
   layout.options_text.clear();
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
-  write_row(writers, layout.nodes, 0);
+  write_row(writers, layout.nodes(), 0);
   finish(writers);
   if (world_rank() == 0) {
     const SerialFile file{folder / "results.h5"};
@@ -432,7 +439,7 @@ TEST(RunWriters, WriteTheFieldsOfAllRanks) {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
     constexpr int kRows = 70;  // more than share a chunk
     for (int row = 0; row < kRows; ++row) {
-      write_row(writers, layout.nodes, row);
+      write_row(writers, layout.nodes(), row);
     }
     finish(writers);
     if (world_rank() == 0) {
@@ -445,8 +452,8 @@ TEST(RunWriters, SplitLongRowsIntoSeveralChunks) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(300001);  // 2.4 MB per row
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
-  write_row(writers, layout.nodes, 0);
-  write_row(writers, layout.nodes, 1);
+  write_row(writers, layout.nodes(), 0);
+  write_row(writers, layout.nodes(), 1);
   finish(writers);
   if (world_rank() == 0) {
     expect_fields(SerialFile{folder / "results.h5"}, 300001, 2);
@@ -458,7 +465,7 @@ TEST(RunWriters, KeepTheResultsReadableWhileTheRunGoesOn) {
   const RunLayout layout = layout_of(50);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
   for (int row = 0; row < 3; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
     for (const auto& writer : writers) {
       writer->flush();
     }
@@ -480,7 +487,7 @@ TEST(RunWriters, HoldNothingBackWhenFlushed) {
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval, &forces);
   constexpr int kRows = 70;  // in blocks of 1, 2, 4, ..., 32 and 7 rows that wait
   for (int row = 0; row < kRows; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
   }
   const bool first = world_rank() == 0;
   write_events(writers, std::vector<ImpactRecord>(first ? 3 : 0), std::vector<RestRecord>(first ? 2 : 0));
@@ -516,7 +523,7 @@ TEST(RunWriters, WaitForTheDiskOnceASecond) {
   {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
     for (int row = 0; row < 500; ++row) {
-      write_row(writers, layout.nodes, row);
+      write_row(writers, layout.nodes(), row);
     }
     finish(writers);
   }
@@ -529,7 +536,7 @@ TEST(RunWriters, LeaveOutTheFieldsIfAskedTo) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(10);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
-  write_row(writers, layout.nodes, 0);
+  write_row(writers, layout.nodes(), 0);
   finish(writers);
   if (world_rank() == 0) {
     EXPECT_FALSE(fs::exists(folder / "results.xdmf"));
@@ -544,7 +551,7 @@ TEST(RunWriters, WriteTheGaugesInTheirOrder) {
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   constexpr int kRows = 700;  // some blocks and a part of one
   for (int row = 0; row < kRows; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
   }
   finish(writers);
   if (world_rank() == 0) {
@@ -563,7 +570,7 @@ TEST(RunWriters, ShowTheFirstRowsOfTheTablesAtOnce) {
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   const std::array<std::size_t, 4> written{1, 1, 3, 3};  // blocks of 1, 2, 4, ... rows
   for (int row = 0; row < 4; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
     if (world_rank() == 0) {
       EXPECT_EQ(read_lines(folder / "gauges.csv").size(), 1 + written[static_cast<std::size_t>(row)]);
       EXPECT_EQ(read_lines(folder / "energy.csv").size(), 1 + written[static_cast<std::size_t>(row)]);
@@ -580,7 +587,7 @@ TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
   const Writers writers = make_run_writers(layout, folder.path(), 0.1, 0.0);
   const double third = 1.0 / 3.0;
   const double huge = 1.2345678901234567e+300;
-  const bool here = layout.nodes.count() == 1;
+  const bool here = layout.nodes().count() == 1;
   const std::vector<double> position(here ? 1 : 0, third);
   const std::vector<double> velocity(here ? 1 : 0, -huge);
   const std::vector<double> line(here ? 1 : 0, std::numeric_limits<double>::denorm_min());
@@ -610,7 +617,7 @@ TEST(RunWriters, WriteTheEnergyLedger) {
   const RunLayout layout = layout_of(10);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   for (int row = 0; row < 5; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
   }
   finish(writers);
   if (world_rank() == 0) {
@@ -638,7 +645,7 @@ TEST(RunWriters, WriteTheEventsOfAllRanksInOrder) {
   for (int instant = 0; instant < 3; ++instant) {
     std::vector<ImpactRecord> impacts;
     std::vector<RestRecord> rests;
-    for (PetscInt node = layout.nodes.end - 1; node >= layout.nodes.begin; --node) {
+    for (PetscInt node = layout.nodes().end - 1; node >= layout.nodes().begin; --node) {
       if (node % 2 == 0) {
         const double x = 0.5 * static_cast<double>(node);
         impacts.push_back({0.5 * instant, node, x, node % 4 / 2, -3.0, 1.5, 4.5, 0.75});
@@ -684,7 +691,7 @@ TEST(RunWriters, WriteForcesOfSupportsAndTheContactZone) {
   SupportForces forces{2, kInterval, 2.0 * kInterval};
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0, &forces);
   for (int row = 0; row < 5; ++row) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
   }
   finish(writers);
   EXPECT_EQ(forces.peaks()[1], -16.0);
@@ -714,7 +721,7 @@ TEST(RunWriters, WriteOnlySumsOfManySupportsAsText) {
   SupportForces forces{65, 1.0, 0.0};
   const Writers writers = make_run_writers(layout, folder.path(), 1.0, 0.0, &forces);
   const std::vector<double> impulse(65, 2.0);
-  const State state{layout.nodes, 1, 1.0};
+  const State state{layout.nodes(), 1, 1.0};
   Snapshot snapshot = state.snapshot();
   snapshot.support_impulse = impulse;
   for (const auto& writer : writers) {
@@ -734,12 +741,12 @@ TEST(RunWriters, WriteOnlySumsOfManySupportsAsText) {
 TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(10);
-  layout.peaks[0].factor.assign(layout.x.size(), 2.0);
+  layout.peaks[0].factor.assign(layout.peaks[0].factor.size(), 2.0);
   Peaks peaks;
   MotionState kept;
   {
     const Writers before = make_run_writers(layout, folder.path(), kInterval, 0.0);
-    write_row(before, layout.nodes, 4);
+    write_row(before, layout.nodes(), 4);
     for (const auto& writer : before) {
       writer->save(kept);
     }
@@ -750,7 +757,7 @@ TEST(RunWriters, WriteTheExtremesOfMomentAndShear) {
     writer->restore(kept);
   }
   for (const int row : {2, 3}) {
-    write_row(writers, layout.nodes, row);
+    write_row(writers, layout.nodes(), row);
   }
   finish(writers);
   EXPECT_EQ(peaks.at("stress").value, 86.140625) << "of the last node, equal on every rank";
@@ -820,7 +827,7 @@ TEST(RunWriters, WriteEventsBeforeTheyFillTheMemory) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(12);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
-  write_row(writers, layout.nodes, 0);  // the first block: rows 1 and 2 would now wait for each other
+  write_row(writers, layout.nodes(), 0);  // the first block: rows 1 and 2 would now wait for each other
   const bool last = world_rank() == world_size() - 1;
   write_events(writers, std::vector<ImpactRecord>(last ? 60000 : 0), {});
   write_events(writers, std::vector<ImpactRecord>(last ? 6000 : 0), {});
@@ -836,14 +843,15 @@ TEST(Fields, ReachEveryFileByOneEntry) {
   RunLayout layout = layout_of(10);
   layout.fields.push_back({.name = "torque", .unit = "N m", .extremes = true, .gauge = "torque"});
   layout.fields.push_back({.name = "velocity", .unit = "m/s", .body = Body::masses, .components = 3});
+  layout.fields.push_back({.name = "tension", .unit = "N", .where = Where::cells, .extremes = true});
   {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
     for (int row = 0; row < 2; ++row) {
-      const State state{layout.nodes, row, kInterval * row};
+      const State state{layout.nodes(), row, kInterval * row};
       std::vector<Field> shown{state.snapshot().fields.begin(), state.snapshot().fields.end()};
       std::vector<double> torque;
       std::vector<double> velocity;
-      for (PetscInt node = layout.nodes.begin; node < layout.nodes.end; ++node) {
+      for (PetscInt node = layout.nodes().begin; node < layout.nodes().end; ++node) {
         torque.push_back(-field_value(5, row, node));
         for (int component = 0; component < 3; ++component) {
           velocity.push_back(field_value(6 + component, row, node));
@@ -851,6 +859,7 @@ TEST(Fields, ReachEveryFileByOneEntry) {
       }
       shown.push_back({layout.fields[6], std::span<const double>{torque}});
       shown.push_back({layout.fields[7], std::span<const double>{velocity}});
+      shown.push_back({layout.fields[8], std::span<const double>{torque}});
       Snapshot snapshot = state.snapshot();
       snapshot.fields = shown;
       for (const auto& writer : writers) {
@@ -869,7 +878,8 @@ TEST(Fields, ReachEveryFileByOneEntry) {
     EXPECT_EQ(file.doubles("/fields/velocity")[3 * 13 + 2], field_value(8, 1, 3));
     EXPECT_EQ(file.doubles("/envelope/torque_min")[3], -field_value(5, 1, 3));
     EXPECT_EQ(read_lines(folder / "envelope.csv").at(0),
-              "node,x,moment_min,moment_max,shear_min,shear_max,torque_min,torque_max,stress_max,utilisation_max");
+              "node,x,moment_min,moment_max,shear_min,shear_max,torque_min,torque_max,tension_min,tension_max,"
+              "stress_max,utilisation_max");
     EXPECT_EQ(read_lines(folder / "gauges.csv").at(0),
               "time,mass_0,velocity_0,line_0,torque_0,mass_1,velocity_1,line_1,torque_1");
     const std::string xdmf = read_text(folder / "results.xdmf");
@@ -878,6 +888,9 @@ TEST(Fields, ReachEveryFileByOneEntry) {
     EXPECT_NE(
         xdmf.find("Dimensions=\"2 10 3\" NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">results.h5:/fields/"),
         std::string::npos);
+    EXPECT_NE(xdmf.find("<Attribute Name=\"tension\" AttributeType=\"Scalar\" Center=\"Cell\">"), std::string::npos);
+    EXPECT_EQ(file.shape("/fields/tension"), (std::vector<hsize_t>{2, 9}));
+    EXPECT_EQ(file.doubles("/fields/tension")[9 + 3], -field_value(5, 1, 3));
     const SerialFile picture{folder / "results.vtkhdf"};
     constexpr std::size_t kPoints = 10 + 10 + 3;
     const std::vector<double> torque = picture.doubles("/VTKHDF/PointData/torque");
@@ -890,6 +903,81 @@ TEST(Fields, ReachEveryFileByOneEntry) {
     EXPECT_TRUE(std::isnan(velocity[3 * (kPoints + 3)]));
     EXPECT_EQ(picture.integers("/VTKHDF/Steps/PointDataOffsets/velocity"),
               (std::vector<std::int64_t>{0, static_cast<std::int64_t>(kPoints)}));
+    constexpr std::size_t kCells = 9 + 1 + 2;
+    const std::vector<double> tension = picture.doubles("/VTKHDF/CellData/tension");
+    ASSERT_EQ(tension.size(), 2 * kCells);
+    EXPECT_EQ(tension[kCells + 3], -field_value(5, 1, 3));
+    EXPECT_TRUE(std::isnan(tension[kCells + 9]));
+    EXPECT_EQ(picture.integers("/VTKHDF/Steps/CellDataOffsets/tension"),
+              (std::vector<std::int64_t>{0, static_cast<std::int64_t>(kCells)}));
+  }
+}
+
+/// Four corners of a square in space, dealt and numbered against the ranks' order: files have the user's.
+TEST(Structures, OfAnyShapeAreWrittenInTheUsersNumbers) {
+  const TemporaryFolder folder;
+  constexpr PetscInt kCorners = 4;
+  constexpr std::array<std::int64_t, kCorners> kNumber{30, 20, 10, 0};
+  const std::array<Place, kCorners> corner{{{0, 0, 1}, {2, 0, 1}, {2, 3, 1}, {0, 3, 1}}};
+  const std::array direction{Direction::x, Direction::y, Direction::z, Direction::y};
+  const NodeRange own = share(kCorners);
+  PointTable table;
+  std::vector<double> position;
+  for (PetscInt i = own.begin; i < own.end; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    table.place.push_back(corner[k]);
+    table.mass.push_back(1.0 + static_cast<double>(i));
+    table.number.push_back(kNumber[k]);
+    table.direction.push_back(direction[k]);
+    position.push_back(0.25 + (direction[k] == Direction::y ? corner[k].y : 0.0));
+  }
+  const PlacedPoints points{PETSC_COMM_WORLD, 1, table};
+  Topology topology{.name = "plate", .shape = Topology::Shape::quadrilateral, .corners = {}};
+  if (world_rank() == world_size() - 1) {
+    topology.corners = {0, 1, 2, 3};
+  }
+  RunLayout layout{points, topology};
+  layout.fields = {kMotionFields[2]};
+  layout.gauge_node = {1};
+  layout.gauge_position = {2.0};
+  {
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    const std::vector<Field> shown{{layout.fields[0], std::span<const double>{position}}};
+    for (const auto& writer : writers) {
+      if (writer->interval() > 0.0) {
+        writer->snapshot({.time = 0.0, .fields = shown, .energy = {}, .support_impulse = {}});
+      }
+    }
+    std::vector<ImpactRecord> hit;
+    if (own.begin <= 1 && 1 < own.end) {
+      hit.push_back({.time = 0.5, .node = 1, .x = 2.0});
+    }
+    write_events(writers, hit, {});
+    finish(writers);
+  }
+  if (world_rank() == 0) {
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.integers("/node"), (std::vector<std::int64_t>{0, 10, 20, 30}));
+    EXPECT_EQ(file.doubles("/x"), (std::vector<double>{0, 2, 2, 0}));
+    EXPECT_EQ(file.doubles("/y"), (std::vector<double>{3, 3, 0, 0}));
+    EXPECT_EQ(file.doubles("/z"), (std::vector<double>{1, 1, 1, 1}));
+    EXPECT_EQ(file.doubles("/mass"), (std::vector<double>{4, 3, 2, 1}));
+    EXPECT_EQ(file.integers("/cells"), (std::vector<std::int64_t>{3, 2, 1, 0})) << "rows, not numbers";
+    EXPECT_EQ(file.doubles("/fields/line_position"), (std::vector<double>{3.25, 0.25, 0.25, 0.25}));
+    EXPECT_EQ(file.doubles("/fields/displacement_of_line"),
+              (std::vector<double>{0, 0.25, 0, 0, 0, 0.25, 0, 0.25, 0, 0.25, 0, 0}));
+    EXPECT_EQ(file.integers("/gauge_node"), std::vector<std::int64_t>{20});
+    EXPECT_EQ(file.column("/impacts", "node"), std::vector<double>{20.0});
+    EXPECT_EQ(read_lines(folder / "gauges.csv").at(1), "0,0.25");
+    const SerialFile picture{folder / "results.vtkhdf"};
+    EXPECT_EQ(picture.integers("/VTKHDF/Types"), (std::vector<std::int64_t>{9, 2}));
+    EXPECT_EQ(picture.integers("/VTKHDF/Connectivity"), (std::vector<std::int64_t>{3, 2, 1, 0, 0, 1, 2, 3}));
+    const std::vector<double> place = picture.doubles("/VTKHDF/Points");
+    EXPECT_EQ((std::vector<double>{place.begin(), place.begin() + 6}), (std::vector<double>{0, 3, 1, 2, 3, 1}));
+    EXPECT_EQ(picture.doubles("/VTKHDF/PointData/displacement")[1], 0.25);
+    const std::string xdmf = read_text(folder / "results.xdmf");
+    EXPECT_NE(xdmf.find("TopologyType=\"Quadrilateral\" NumberOfElements=\"1\""), std::string::npos);
+    EXPECT_NE(xdmf.find("<Attribute Name=\"displacement\" AttributeType=\"Vector\""), std::string::npos);
   }
 }
 
@@ -897,8 +985,8 @@ TEST(Xdmf, NamesOneRowOfTheFieldsPerTime) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(10);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
-  write_row(writers, layout.nodes, 0);
-  write_row(writers, layout.nodes, 1);
+  write_row(writers, layout.nodes(), 0);
+  write_row(writers, layout.nodes(), 1);
   finish(writers);
   if (world_rank() == 0) {
     const std::string text = read_text(folder / "results.xdmf");
@@ -922,7 +1010,7 @@ TEST(VtkHdf, ShowsEveryRowWithMassesAndSupports) {
   {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval, &forces);
     for (int row = 0; row < static_cast<int>(kRows); ++row) {
-      write_row(writers, layout.nodes, row);
+      write_row(writers, layout.nodes(), row);
     }
     finish(writers);
   }
@@ -930,10 +1018,11 @@ TEST(VtkHdf, ShowsEveryRowWithMassesAndSupports) {
     const SerialFile file{folder / "results.vtkhdf"};
     constexpr std::size_t kPoints = 10 + 10 + 3;  // of the line, the masses, a wide and a narrow support
     EXPECT_EQ(file.integers("/VTKHDF/NumberOfPoints"), (std::vector<std::int64_t>{10, 10, 3}));
-    EXPECT_EQ(file.integers("/VTKHDF/NumberOfCells"), (std::vector<std::int64_t>{1, 1, 2}));
-    EXPECT_EQ(file.integers("/VTKHDF/Offsets"), (std::vector<std::int64_t>{0, 10, 0, 10, 0, 2, 3}));
-    EXPECT_EQ(file.integers("/VTKHDF/Types"), (std::vector<std::int64_t>{4, 2, 4, 1}));
-    EXPECT_EQ(file.integers("/VTKHDF/CellData/part"), (std::vector<std::int64_t>{0, 1, 2, 2}));
+    EXPECT_EQ(file.integers("/VTKHDF/NumberOfCells"), (std::vector<std::int64_t>{9, 1, 2}));
+    EXPECT_EQ(file.integers("/VTKHDF/Offsets"),
+              (std::vector<std::int64_t>{0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 0, 10, 0, 2, 3}));
+    EXPECT_EQ(file.integers("/VTKHDF/Types"), (std::vector<std::int64_t>{3, 3, 3, 3, 3, 3, 3, 3, 3, 2, 4, 1}));
+    EXPECT_EQ(file.integers("/VTKHDF/CellData/part"), (std::vector<std::int64_t>{0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 2}));
     EXPECT_EQ(file.doubles("/VTKHDF/Steps/Values"), (std::vector<double>{0, 0.125, 0.25, 0.375, 0.5}));
     std::vector<std::int64_t> first(kRows);
     for (std::size_t row = 0; row < kRows; ++row) {
@@ -946,8 +1035,9 @@ TEST(VtkHdf, ShowsEveryRowWithMassesAndSupports) {
     const std::vector<double> mass = file.doubles("/VTKHDF/PointData/mass");
     ASSERT_EQ(points.size(), 3 * kPoints);
     for (std::size_t node = 0; node < 10; ++node) {
+      EXPECT_EQ(numbers[18 + node], static_cast<std::int64_t>(node)) << "the masses in one cell";
+      EXPECT_TRUE(node == 9 || numbers[2 * node + 1] == static_cast<std::int64_t>(node) + 1) << "ends of a line";
       for (const std::size_t point : {node, node + 10}) {
-        EXPECT_EQ(numbers[point], static_cast<std::int64_t>(node));
         EXPECT_EQ(points[3 * point], 0.5 * static_cast<double>(node));
         EXPECT_EQ(points[3 * point + 1], 0.0);
       }
@@ -979,6 +1069,13 @@ TEST(VtkHdf, ShowsEveryRowWithMassesAndSupports) {
       EXPECT_TRUE(!of_mass || velocity[i] == field_value(1, row, node));
       EXPECT_EQ(resting[i], of_mass ? resting_value(row, node) : 0);
     }
+    const std::vector<double> shear = file.doubles("/VTKHDF/CellData/shear");
+    ASSERT_EQ(shear.size(), 12 * kRows);
+    for (std::size_t i = 0; i < shear.size(); ++i) {
+      const bool of_line = i % 12 < 9;
+      EXPECT_EQ(std::isnan(shear[i]), !of_line);
+      EXPECT_TRUE(!of_line || shear[i] == field_value(2, static_cast<int>(i / 12), static_cast<PetscInt>(i % 12)));
+    }
     EXPECT_FALSE(fs::exists(folder / "results.vtkhdf.tmp"));
   }
 }
@@ -995,11 +1092,11 @@ TEST(FullDisk, IsReportedByAllRanksAndLeavesTheRowsBefore) {
     const FileSizeLimit limit{8 << 20};
     message = failure_of([&] {
       for (; written < 20; ++written) {
-        write_row(writers, layout.nodes, written);
+        write_row(writers, layout.nodes(), written);
       }
     });
     // Stays so, and so does the file.
-    EXPECT_EQ(failure_of([&] { write_row(writers, layout.nodes, written); }), message);
+    EXPECT_EQ(failure_of([&] { write_row(writers, layout.nodes(), written); }), message);
     writers.clear();
   }
   EXPECT_EQ(message, "output directory: cannot write '" + folder / "results.h5" + "': File too large");
@@ -1019,7 +1116,7 @@ TEST(FullDisk, LeavesOnlyWholeRowsInTheTables) {
   const FileSizeLimit limit{100000};
   const std::string message = failure_of([&] {
     for (int row = 0; row < 1000; ++row) {
-      const State state{layout.nodes, row, kInterval * row};
+      const State state{layout.nodes(), row, kInterval * row};
       gauges->snapshot(state.snapshot());
     }
   });

@@ -10,7 +10,7 @@ namespace udar {
 
 /// @brief Bending moment EI w'' at the points; shear force dM/dx in the element right of each, 0 where there is none.
 inline constexpr std::array kBendingFields{
-    FieldInfo{.name = "moment", .unit = "N m", .extremes = true},
-    FieldInfo{.name = "shear", .unit = "N", .where = Where::cells, .rows = false, .extremes = true}};
+    FieldInfo{.name = "moment", .unit = "N m", .extremes = true, .label = "bending moment"},
+    FieldInfo{.name = "shear", .unit = "N", .where = Where::cells, .extremes = true, .label = "shear force"}};
 
 }  // namespace udar

@@ -47,7 +47,7 @@ constexpr std::size_t kSupportColumnsMax = 64;
 
 /// @param[in] columns "moment_min", ...; those before them are the point's number and place
 [[nodiscard]] std::string envelope_header(std::span<const std::string> columns);
-/// @param[in] values row after row, from point 0 on: its place [m], then as many values as the header has columns
+/// @param[in] values row after row: the point's number, its place [m], then as many values as the header has columns
 [[nodiscard]] std::string envelope_rows(std::size_t columns, std::span<const double> values);
 
 }  // namespace udar::io

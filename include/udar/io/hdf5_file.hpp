@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "udar/io/layout.hpp"
+#include "udar/io/point_order.hpp"
 
 namespace udar::io {
 
@@ -80,7 +80,9 @@ class Hdf5File {
   void add_small(const std::string& name, std::span<const std::int64_t> values);
   /// A dataset with one value per node; each rank gives its nodes.
   void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values);
-  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values);
+  /// @param[in] components values a node, a second dimension if there are several
+  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values,
+                       int components = 1);
 
   /// @brief A dataset that grows by rows of one value per node, in chunks of about 1 MiB.
   /// @param[in] type       HDF5's type of a value, in memory and in the file; copied
@@ -151,8 +153,8 @@ class Hdf5File {
   void add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components = 1);
   void add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value);
   void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
-  void add_dataset(const std::string& name, hid_t type, hsize_t total, hsize_t begin, hsize_t count,
-                   const void* values);
+  void add_dataset(const std::string& name, hid_t type, const NodeRange& range, const void* values, int components = 1);
+  [[nodiscard]] NodeRange on_first(std::size_t size) const;
   void claim(std::uint64_t bytes);
   void spend(std::uint64_t bytes);
   void spend_on_growth(std::uint64_t bytes);

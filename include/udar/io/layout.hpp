@@ -4,26 +4,19 @@
 
 #include <petscsys.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
-#include <iterator>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "udar/io/point_order.hpp"
+#include "udar/structure/description.hpp"
 #include "udar/structure/field.hpp"
+#include "udar/structure/mass_points.hpp"
 
 namespace udar::io {
-
-/// @brief The nodes of this rank, `[begin, end)` of `total`; the ranks hold consecutive ranges in their order.
-struct NodeRange {
-  PetscInt begin = 0;
-  PetscInt end = 0;
-  PetscInt total = 0;  ///< over all ranks
-
-  [[nodiscard]] PetscInt count() const noexcept { return end - begin; }
-};
 
 /// @brief A multiple of the largest size that a field reaches at each point: the bending stress |M| / W.
 struct ScaledPeak {
@@ -33,7 +26,9 @@ struct ScaledPeak {
   std::vector<double> factor;  ///< of this rank's points; not a number: not known
 };
 
-/// @brief The plain description of a run that all writers get. Equal on every rank but for `nodes` and `x`.
+/// @brief The plain description of a run that all writers get. Equal on every rank but for what is said to be a rank's.
+///
+/// Files keep points in the user's numbering, one row a point, and name them by their number in the user's model.
 struct RunLayout {
   /// @brief One support, or the floor.
   struct Support {
@@ -46,45 +41,39 @@ struct RunLayout {
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };
 
-  MPI_Comm comm = MPI_COMM_NULL;  ///< borrowed; must outlive the writers
-  PetscInt elements = 0;          ///< over all ranks
-  NodeRange nodes;                ///< of this rank
-  std::vector<double> x;          ///< of this rank's nodes, along the beam [m]
-  Topology topology;              ///< of all points
-  /// Of points that do not stand on a line in their order, else empty: the rest of their places [m], which way they
-  /// move (1, 2, 3: x, y, z; 0: no displacement), and their number in the model of the user.
-  std::vector<double> y, z;
-  std::vector<std::int64_t> direction, number;
-  std::vector<FieldInfo> fields;       ///< of the snapshots, in their order
-  std::vector<ScaledPeak> peaks;       ///< made of their extremes
-  std::span<const double> mass;        ///< of the same [kg]; borrowed while files are opened
-  std::vector<PetscInt> gauge_node;    ///< global node of each gauge
-  std::vector<double> gauge_position;  ///< what was asked for [m]
-  std::vector<Support> supports;       ///< the floor, if any, is the last
-  std::vector<double> ground_x;        ///< of the ground's profile [m]; empty: none
-  std::vector<double> ground_height;   ///< as many [m]
-  double filter_frequency = 0.0;       ///< [rad/s]
-  double longest_sample = 0.0;         ///< extremes are looked for at least this often [s]; 0: at rows alone
-  std::string options_text;            ///< one `-key value` per line
+  /// @param of         borrowed; must outlive the writers
+  /// @param topology_of them @note Collective.
+  RunLayout(const MassPoints& of, Topology topology_of);
 
-  /// Fields with rows at the points: those of the line, then those of the masses.
-  [[nodiscard]] std::vector<FieldInfo> fields_in_pictures() const {
-    std::vector<FieldInfo> shown;
-    for (const Body body : {Body::line, Body::masses}) {
-      std::ranges::copy_if(fields, std::back_inserter(shown), [body](const FieldInfo& field) {
-        return field.body == body && field.rows && field.where == Where::points;
-      });
-    }
-    return shown;
-  }
-  /// This rank's cells: between its points, and between its last and the next.
-  [[nodiscard]] NodeRange cells() const noexcept {
-    if (topology.cells == Topology::Cells::vertices) {
-      return {};
-    }
-    const PetscInt all = std::max<PetscInt>(nodes.total - 1, 0);
-    return {.begin = std::min(nodes.begin, all), .end = std::min(nodes.end, all), .total = all};
-  }
+  const MassPoints* points;                 ///< never null
+  std::shared_ptr<const PointOrder> order;  ///< from this rank's points to rows of the files
+  Topology topology;                        ///< this rank's cells
+  NodeRange cells;                          ///< this rank's, in the files
+  bool upright = true;                      ///< all points move along y
+  std::vector<FieldInfo> fields;            ///< of the snapshots, in their order
+  std::vector<ScaledPeak> peaks;            ///< made of their extremes
+  std::vector<PetscInt> gauge_node;         ///< global point of each gauge
+  std::vector<double> gauge_position;       ///< what was asked for [m]
+  std::vector<Support> supports;            ///< the floor, if any, is the last
+  std::vector<double> ground_x;             ///< of the ground's profile [m]; empty: none
+  std::vector<double> ground_height;        ///< as many [m]
+  double filter_frequency = 0.0;            ///< [rad/s]
+  double longest_sample = 0.0;              ///< extremes are looked for at least this often [s]; 0: at rows alone
+  std::string options_text;                 ///< one `-key value` per line
+  std::vector<Parameter> parameters;        ///< of the case, as restart files have them
+
+  [[nodiscard]] MPI_Comm comm() const noexcept { return points->comm(); }
+  /// This rank's rows of the points.
+  [[nodiscard]] const NodeRange& nodes() const noexcept { return order->range(); }
+  /// Fields with rows: those of the line, then those of the masses.
+  [[nodiscard]] std::vector<FieldInfo> fields_in_pictures() const;
+  /// Numbers in the user's model of some global points, the same on every rank. @note Collective: one reduction.
+  [[nodiscard]] std::vector<std::int64_t> numbers_of(std::span<const PetscInt> global) const;
 };
+
+/// @brief Where the rows of a field stand in results.h5.
+[[nodiscard]] std::string path_of(const FieldInfo& field);
+/// @brief Where those of the displacements of a body stand, vectors [m], of a structure that is not `upright`.
+[[nodiscard]] std::string displacement_path(Body body);
 
 }  // namespace udar::io

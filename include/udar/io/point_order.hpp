@@ -8,33 +8,52 @@
 #include <span>
 #include <vector>
 
-#include "udar/io/layout.hpp"
 #include "udar/petsc/handle.hpp"
+#include "udar/structure/mass_points.hpp"
 
 namespace udar::io {
 
+/// @brief What this rank has of a dataset: `[begin, end)` of `total`; the ranks hold consecutive ranges in their order.
+struct NodeRange {
+  PetscInt begin = 0;
+  PetscInt end = 0;
+  PetscInt total = 0;  ///< over all ranks
+
+  [[nodiscard]] PetscInt count() const noexcept { return end - begin; }
+};
+
 /// @brief Takes values of points to the user's numbering, in which files keep them, and back. Where both are the same,
-/// as in a chain, nothing moves.
+/// as in a chain, nothing moves. Numbers may leave some out: rows of a file do not.
 class PointOrder {
  public:
   /// @param[in] points of this rank
-  /// @param[in] number of each of them in the user's model, not negative, each once over all ranks; files have the
-  /// points in ascending order of these; empty: as they stand
+  /// @param[in] number of each of them in the user's model, >= 0, each once over all ranks; empty: as they stand
   /// @note Collective.
   PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const std::int64_t> number = {});
+  /// Of all points of a structure. @note Collective.
+  explicit PointOrder(const MassPoints& points);
 
   /// The points that this rank has in a file: as many as it holds, in the user's numbering.
   [[nodiscard]] const NodeRange& range() const noexcept { return range_; }
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
-  /// @name One value a point @note Collective unless nothing moves.
+  [[nodiscard]] bool same() const noexcept { return moves_ == nullptr; }
+  /// @name Values of points, `components` of each one behind the other @note Collective unless nothing moves.
   /// @{
-  [[nodiscard]] std::vector<double> to_user(std::span<const double> own) const;
+  [[nodiscard]] std::vector<double> to_user(std::span<const double> own, int components = 1) const;
+  [[nodiscard]] std::vector<std::int64_t> to_user(std::span<const std::int64_t> own) const;
+  [[nodiscard]] std::vector<std::uint8_t> to_user(std::span<const std::uint8_t> own, int components = 1) const;
   [[nodiscard]] std::vector<double> from_user(std::span<const double> ordered) const;
   /// @}
+  /// Rows in a file of global points, any rank's. @note Collective unless nothing moves.
+  [[nodiscard]] std::vector<std::int64_t> rows_of(std::span<const PetscInt> global) const;
 
  private:
+  template <class Value>
+  [[nodiscard]] std::vector<Value> moved(std::span<const Value> own, MPI_Datatype type, int components) const;
+
   MPI_Comm comm_;
   NodeRange range_;
+  std::vector<std::int64_t> row_;                 ///< of this rank's points; empty: nothing moves
   petsc::Handle<PetscSF, PetscSFDestroy> moves_;  ///< null: nothing moves
 };
 

@@ -18,10 +18,9 @@ class Hdf5File;
 
 /// @brief What a run came to at each point or in each cell.
 struct EnvelopeColumn {
-  std::string name;  ///< "moment_min"
-  std::string unit;
-  Where where = Where::points;
-  std::span<const double> values{};  ///< one for each point of this rank; the last has no cell in the last of them
+  std::string name;                  ///< "moment_min"
+  FieldInfo field;                   ///< what it is an extreme of
+  std::span<const double> values{};  ///< one for each point of this rank, or for each cell and what follows
 };
 
 /// @brief The file results.h5. Fields go from each rank straight to the disk; no rank ever holds a whole field.
@@ -74,11 +73,15 @@ class ResultsFile {
   /// @}
 
  private:
+  void append_field(const Field& field);
+  [[nodiscard]] std::vector<double> displacements(std::span<const double> coordinate) const;
   void flush_if_due();
 
   std::unique_ptr<Hdf5File> file_;
-  NodeRange nodes_;
+  const MassPoints* points_;
+  std::shared_ptr<const PointOrder> order_;
   NodeRange cells_;
+  bool upright_;
   std::vector<FieldInfo> fields_;  ///< as snapshots have them
   int users_ = 0;
   PetscInt supports_ = 0;

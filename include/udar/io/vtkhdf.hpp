@@ -4,6 +4,7 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -14,12 +15,12 @@
 
 namespace udar::io {
 
-/// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line, as a polyline where
-/// the structure is one, the masses as points, the supports as lines or points. Points stand at their place on the
-/// axis, a support at its height; the point data `displacement` [m] moves them to where they are, and every field that
-/// has rows at the points is point data of its part.
+/// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line in its cells, the
+/// masses as points, the supports as lines or points. Points stand at their place, at height 0 if all of the structure
+/// move along y, a support at its height; the point data `displacement` [m] moves them to where they are, and every
+/// field that has rows is data of the points of its part, or of the cells of the line.
 ///
-/// All that has a value per node is a virtual dataset: HDF5 takes it from results.h5 in the same folder.
+/// All fields are virtual datasets: HDF5 takes them from results.h5 in the same folder.
 /// For the VTKHDF readers of VTK 9.3, ParaView 5.12 and later; earlier ones show the first row.
 /// @note All calls are collective; rank 0 writes.
 /// @see https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
@@ -39,7 +40,10 @@ class VtkHdfFile {
   std::string path_;
   std::string results_;
   PetscInt nodes_;
-  Topology topology_;
+  PetscInt cells_;
+  Topology::Shape shape_;
+  bool upright_;
+  std::array<std::string, 3> axes_;  ///< datasets of places along x, y, z; empty: zeros
   std::vector<FieldInfo> fields_;
   std::vector<std::int64_t> support_sizes_;           ///< points of each
   std::vector<double> support_points_;                ///< x, y, z of all [m]

@@ -15,8 +15,9 @@ namespace udar::io {
 
 class TextFile;
 
-/// @brief The file results.xdmf: for each row of the fields the line, with all other fields at the points, first those
-/// of the line, then those of the masses. The numbers stay in results.h5, of which it names the rows.
+/// @brief The file results.xdmf: for each row of the fields the line, with all other fields, first those of the line,
+/// then those of the masses. Points that move along y alone stand where the line is; else they stand at their places,
+/// with a vector `displacement`. The numbers stay in results.h5, of which it names the rows.
 /// For ParaView's "XDMF Reader"; its Xdmf3 readers do not read rows of datasets and show nothing.
 /// @note All calls are collective; rank 0 writes. The file is whole after each call.
 /// @see https://www.xdmf.org/index.php/XDMF_Model_and_Format
@@ -24,7 +25,7 @@ class XdmfFile {
  public:
   /// @param[in] path    the file to create
   /// @param[in] results name of the HDF5 file in the same folder
-  /// @param[in] points  file and path of an array of points in the plane z = 0, at least as many as nodes
+  /// @param[in] points  file and path of an array of points, the structure's before others
   /// @throws FileError on all ranks
   XdmfFile(const RunLayout& layout, const std::string& path, std::string results, std::string points);
   ~XdmfFile();
@@ -37,12 +38,18 @@ class XdmfFile {
   void append(double time);
 
  private:
+  [[nodiscard]] std::string row_of(const std::string& source, const FieldInfo& field) const;
+  [[nodiscard]] std::string attribute(const std::string& name, const std::string& source, const FieldInfo& field) const;
+  [[nodiscard]] std::string geometry(const FieldInfo* height) const;
+
   std::unique_ptr<TextFile> file_;
   std::string results_;
-  std::string zeros_;
+  std::string points_;
   PetscInt nodes_;
-  Topology topology_;
-  std::vector<FieldInfo> fields_;  ///< those that have rows at the points
+  PetscInt cells_;
+  Topology::Shape shape_;
+  bool upright_;
+  std::vector<FieldInfo> fields_;  ///< those that have rows
   PetscInt rows_ = 0;
 };
 

@@ -102,7 +102,8 @@ class BeamChain final : public Structure {
 
   [[nodiscard]] const MassPoints& points() const override { return *points_; }
   [[nodiscard]] const BeamChain* chain() const override { return this; }
-  [[nodiscard]] Topology topology() const override { return {}; }
+  /// Lines between neighbours, gaps included; the one to the right of a node is of the node's rank.
+  [[nodiscard]] Topology topology() const override;
   [[nodiscard]] PetscInt rigid_modes() const override;
   [[nodiscard]] bool held() const override;
   void describe(Description& all) const override;

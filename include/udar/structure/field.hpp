@@ -3,11 +3,14 @@
 /// What a run shows of a structure, as data: who computes a quantity declares it once, files and pictures take whatever
 /// is there.
 
+#include <petscsystypes.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 namespace udar {
 
@@ -29,14 +32,15 @@ struct FieldInfo {
   bool rows = true;             ///< written over time
   bool extremes = false;        ///< of one component: its least and largest value at each place go to the envelope
   std::string_view gauge = {};  ///< its columns in gauges.csv, "mass" for mass_0, mass_1, ...; empty: none
+  std::string_view label = {};  ///< what pictures call it, "bending moment"; empty: its name
 
   [[nodiscard]] std::size_t bytes() const noexcept {
     return static_cast<std::size_t>(components) * (flag ? 1 : sizeof(double));
   }
 };
 
-/// @brief A quantity at one time: `components` values for each point of this rank in order. Cells stand with the point
-/// to their left; a point without one has a value of no meaning.
+/// @brief A quantity at one time: `components` values for each point, or each cell, of this rank in order; what follows
+/// the last cell has no meaning.
 struct Field : FieldInfo {
   std::variant<std::span<const double>, std::span<const std::uint8_t>> values;
 
@@ -50,14 +54,34 @@ struct Field : FieldInfo {
 /// @brief The field of that name. @throws std::out_of_range naming it if there is none
 [[nodiscard]] const Field& find_field(std::span<const Field> fields, std::string_view name);
 
-/// @brief How the points of a structure hang together, for pictures of it.
+/// @brief How the points of a structure hang together, for pictures of it and for fields between the points: cells of
+/// one shape, each rank's behind those of the rank before.
 struct Topology {
-  enum class Cells : std::uint8_t {
-    polyline,  ///< one line through all points in their order; its pieces are the cells of a field
-    vertices,  ///< each point for itself
-  };
+  enum class Shape : std::uint8_t { vertex, line, triangle, quadrilateral, tetrahedron, hexahedron };
+
   std::string_view name = "beam";
-  Cells cells = Cells::polyline;
+  Shape shape = Shape::line;
+  std::vector<PetscInt> corners;  ///< global points of this rank's cells, one cell behind the other, in VTK's order
+
+  /// Corners of one cell.
+  [[nodiscard]] static constexpr PetscInt corners_of(Shape shape) {
+    switch (shape) {
+      case Shape::vertex:
+        return 1;
+      case Shape::line:
+        return 2;
+      case Shape::triangle:
+        return 3;
+      case Shape::quadrilateral:
+      case Shape::tetrahedron:
+        return 4;
+      case Shape::hexahedron:
+        break;
+    }
+    return 8;
+  }
+  /// Cells of this rank.
+  [[nodiscard]] PetscInt cells() const { return static_cast<PetscInt>(corners.size()) / corners_of(shape); }
 };
 
 }  // namespace udar

@@ -45,7 +45,8 @@ class ImportedStructure final : public Structure {
 
   /// Numbers are those of the unknowns in the files.
   [[nodiscard]] const MassPoints& points() const override { return *points_; }
-  [[nodiscard]] Topology topology() const override { return {.name = "points", .cells = Topology::Cells::vertices}; }
+  /// Its points.
+  [[nodiscard]] Topology topology() const override;
   /// Six, or as many as the factorisation finds.
   [[nodiscard]] PetscInt rigid_modes() const override { return rigid_modes_; }
   /// Whether it has a stiffness against a translation along y.
