@@ -116,6 +116,7 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
         file.attrs.update({"udar_version": "test", "options": f"-filter_frequency {wf}\n", "filter_frequency": wf,
                            "elements": nodes - 1, "ranks": 1})
         file["x"] = x
+        file["cells"] = np.column_stack([np.arange(nodes - 1), np.arange(1, nodes)])
         file["gauge_node"], file["gauge_position"] = gauge_node, np.array(gauges, dtype=float)
         all_supports = list(supports) + ([(0.0, np.inf)] if floor else [])
         for name, values in (("position", [s[0] for s in all_supports]), ("width", [s[1] for s in all_supports]),
@@ -132,6 +133,10 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
             moment = 2e4 * np.sin(np.pi * x / LENGTH)
             for name, values in (("moment", moment), ("shear", np.diff(moment) / np.diff(x))):
                 file[f"envelope/{name}_min"], file[f"envelope/{name}_max"] = values - 1e4, values
+                for side in ("min", "max"):
+                    file[f"envelope/{name}_{side}"].attrs.update(
+                        {"units": "N m" if name == "moment" else "N", "where": "points" if name == "moment" else "cells",
+                         "label": "bending moment" if name == "moment" else "shear force"})
             file["envelope/stress_max"] = moment / (np.pi * 0.1**3 / 4)
             file["envelope/utilisation_max"] = file["envelope/stress_max"][()] / 2e8
         if touching:
@@ -204,6 +209,19 @@ class OneRun(PlotTest):
             svg = files[f"{name}.svg"].read_text(encoding="utf-8")
             for text in (*texts, "N = 20 elements, wf = 50 rad/s, t = 0"):
                 self.assertIn(text, svg, name)
+
+    def test_a_new_field_of_the_file_is_drawn(self):
+        """Name, unit and place come from the file: nothing here or in the program knows of twist."""
+        run = write_run(self.here / "run")
+        with h5py.File(run / "results.h5", "a") as file:
+            for side, value in (("min", -3e3), ("max", 2e3)):
+                twist = file.create_dataset(f"envelope/twist_{side}", data=np.full(len(file["cells"]), value))
+                twist.attrs.update({"units": "N m", "where": "cells", "label": "twisting moment"})
+        files, noted = self.draw(run, "--format", "svg")
+        self.assertEqual(noted, "")
+        svg = files["envelope.svg"].read_text(encoding="utf-8")
+        for text in ("twisting moment [kN m]", "bending moment, shear force and twisting moment"):
+            self.assertIn(text, svg)
 
     def test_size_follows_dpi_and_the_number_of_gauges(self):
         run = write_run(self.here / "run")

@@ -115,7 +115,7 @@ def main(arguments):
                 draw_forces(pen, runs[0])
             else:
                 note(f"{runs[0].folder} has no contact.csv: no pictures of impulses and forces")
-        if runs[0].envelope is not None:
+        if runs[0].envelope:
             draw_envelope(pen, runs[0])
         elif line:
             note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")

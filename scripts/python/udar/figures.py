@@ -1,4 +1,6 @@
 """The pictures of one run, or of several laid over each other."""
+import itertools
+
 import numpy as np
 from matplotlib import collections, colors, pyplot, ticker
 from matplotlib.lines import Line2D
@@ -451,40 +453,47 @@ def draw_forces(pen, run):
     pen.write(figure, "forces", f"Forces of the supports{window}, and where the beam was in contact", [run])
 
 
+def draw_extremes(axis, run, field, colour):
+    """The band between least and greatest values along x: at points curves, in cells steps."""
+    x = run.x if not field.in_cells else run.x[run.cells].min(axis=1)
+    order = np.argsort(x, kind="stable")
+    first = np.arange(0, len(x), max(1, len(run.x) // (2 * BINS)))
+    low, high = np.minimum.reduceat(field.low[order], first), np.maximum.reduceat(field.high[order], first)
+    axis.use_sticky_edges = False
+    shade_supports_upright(axis, run)
+    if field.in_cells:
+        edges = np.append(x[order][first], run.x[run.cells].max())
+        axis.stairs(high, edges, baseline=low, fill=True, color=colour, alpha=0.25)
+        axis.stairs(high, edges, baseline=None, color=colour)
+        axis.stairs(low, edges, baseline=None, color=colour)
+    else:
+        axis.fill_between(x[order][first], low, high, color=colour, alpha=0.25, linewidth=0)
+        axis.plot(x[order][first], high, x[order][first], low, color=colour)
+    axis.axhline(0.0, color=GREY, linewidth=0.8)
+    name_axis(axis.yaxis, field.label, field.unit)
+
+
 def draw_envelope(pen, run):
-    """Least and greatest bending moment at the nodes and shear force in the elements, and what the moments stress."""
-    stress = run.envelope.get("stress_max", np.array([np.nan]))
-    stressed = bool(np.isfinite(stress).any())
-    figure, axes = pen.figure(9.5, 8.5 if stressed else 6.5, 3 if stressed else 2, sharex=True)
-    first = np.arange(0, len(run.x), max(1, len(run.x) // (2 * BINS)))
-    for axis, name, label, unit, colour in ((axes[0, 0], "moment", "bending moment", "N m", BLUE),
-                                            (axes[1, 0], "shear", "shear force", "N", VERMILLION)):
-        own = first[first < len(run.envelope[f"{name}_min"])]
-        low = np.minimum.reduceat(run.envelope[f"{name}_min"], own)
-        high = np.maximum.reduceat(run.envelope[f"{name}_max"], own)
-        axis.use_sticky_edges = False
-        shade_supports_upright(axis, run)
-        if name == "shear":  # constant in an element
-            edges = run.x[np.append(own, len(run.x) - 1)]
-            axis.stairs(high, edges, baseline=low, fill=True, color=colour, alpha=0.25)
-            axis.stairs(high, edges, baseline=None, color=colour)
-            axis.stairs(low, edges, baseline=None, color=colour)
-        else:
-            axis.fill_between(run.x[own], low, high, color=colour, alpha=0.25, linewidth=0)
-            axis.plot(run.x[own], high, run.x[own], low, color=colour)
-        axis.axhline(0.0, color=GREY, linewidth=0.8)
-        name_axis(axis.yaxis, label, unit)
+    """Least and greatest values of all fields that have them, and what the moments stress."""
+    fields = [field for field in run.envelope.values() if field.low is not None]
+    stressed = "stress" in run.envelope and bool(np.isfinite(run.envelope["stress"].high).any())
+    rows = len(fields) + stressed
+    figure, axes = pen.figure(9.5, 2.5 + 2.0 * rows, rows, sharex=True)
+    for axis, field, colour in zip(axes[:, 0], fields, itertools.cycle((BLUE, VERMILLION, ORANGE, PURPLE, SKY))):
+        draw_extremes(axis, run, field, colour)
     if stressed:
-        draw_stress(axes[2, 0], run, first)
+        draw_stress(axes[-1, 0], run)
     set_beam_axis(axes[-1, 0], run, "x")
-    what = ", and the bending stress" if stressed else ""
-    pen.write(figure, "envelope", f"Envelopes of bending moment and shear force{what}", [run])
+    labels = [field.label for field in fields]
+    what = " and ".join([", ".join(labels[:-1]), labels[-1]] if len(labels) > 1 else labels)
+    pen.write(figure, "envelope", f"Envelopes of {what}{', and the bending stress' if stressed else ''}", [run])
 
 
-def draw_stress(axis, run, first):
+def draw_stress(axis, run):
     """Largest bending stress at the nodes, where it was largest, and the yield stress if that is not far away."""
-    stress = run.envelope["stress_max"]
-    used = run.envelope.get("utilisation_max", np.full_like(stress, np.nan))
+    first = np.arange(0, len(run.x), max(1, len(run.x) // (2 * BINS)))
+    stress = run.envelope["stress"].high
+    used = run.envelope["utilisation"].high if "utilisation" in run.envelope else np.full_like(stress, np.nan)
     shade_supports_upright(axis, run)
     axis.plot(run.x[first], np.fmax.reduceat(stress, first), color=GREEN)
     with np.errstate(invalid="ignore", divide="ignore"):

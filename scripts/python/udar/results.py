@@ -49,6 +49,16 @@ class Contact:
 
 
 @dataclasses.dataclass
+class Extremes:
+    """What a field reached over a run, at the points or in the cells of the line; `low` is None of a size."""
+    label: str
+    unit: str
+    in_cells: bool
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclasses.dataclass
 class Run:
     folder: pathlib.Path
     filter_frequency: float
@@ -65,7 +75,8 @@ class Run:
     finished: bool
     contact: "Contact" = None
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
-    envelope: dict = None    # datasets of /envelope; written when a run ends
+    cells: np.ndarray = None   # rows of /x at the corners of the line's cells
+    envelope: dict = None      # Extremes of /envelope by the field's name; written when a run ends
     instants: np.ndarray = None  # times of the rows below; None when not asked for
     line_rows: np.ndarray = None
     mass_rows: np.ndarray = None
@@ -201,6 +212,26 @@ def read_supports(file, x):
     return supports
 
 
+def text_of(dataset, name, otherwise):
+    text = dataset.attrs.get(name, otherwise)
+    return text.decode() if isinstance(text, bytes) else str(text)
+
+
+def read_envelope(group, points, cells):
+    """All fields that have extremes: pairs of x_min and x_max, or x_max alone."""
+    envelope = {}
+    for name in (name.removesuffix("_max") for name in group if name.endswith("_max")):
+        high = group[f"{name}_max"]
+        low = group[f"{name}_min"] if f"{name}_min" in group else None
+        in_cells = text_of(high, "where", "points") == "cells"
+        envelope[name] = Extremes(text_of(high, "label", name), text_of(high, "units", "1"), in_cells,
+                                  None if low is None else low[()], high[()])
+        if any(len(values) != (cells if in_cells else points)
+               for values in (envelope[name].low, envelope[name].high) if values is not None):
+            raise UserError(f"{group.file.filename}: /envelope does not have one value per point or cell")
+    return envelope
+
+
 def read_instants(file, run):
     """Rows of the fields around the first contact: two before it, the others over the time it lasts."""
     fields = file["fields"]
@@ -269,8 +300,12 @@ def read_run(folder, with_fields):
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
                 finished=finished and bool(summary.get("completed", True)))
-            if np.any((run.gauge_node < 0) | (run.gauge_node >= len(x))):
+            numbers = file["node"][()] if "node" in file else np.arange(len(x))
+            if not np.isin(run.gauge_node, numbers).all():
                 raise UserError(f"{path}: /gauge_node names a node that /x does not have")
+            run.gauge_node = np.searchsorted(numbers, run.gauge_node)
+            for table in (run.impacts, run.rests):
+                table["node"] = np.searchsorted(numbers, table["node"])
             for table in (run.impacts, run.rests):
                 if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
                     raise UserError(f"{path}: an impact or rest names a support that is not in /support_position")
@@ -283,11 +318,9 @@ def read_run(folder, with_fields):
                 run.lift = file["contact"]["time"][:len(lift)], lift
             if with_fields and run.elements:
                 read_instants(file, run)
+                run.cells = file["cells"][()].reshape(len(file["cells"]), -1)
                 if "envelope" in file:
-                    run.envelope = {name: values[()] for name, values in file["envelope"].items()}
-                    if any(len(run.envelope[f"{name}_{side}"]) != len(x) - (name == "shear")
-                           for name in ("moment", "shear") for side in ("min", "max")):
-                        raise UserError(f"{path}: /envelope does not have one value per node or element")
+                    run.envelope = read_envelope(file["envelope"], len(x), len(run.cells))
                 for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
                     if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
                         raise UserError(f"{path}: /fields/{name} does not have one value per node of /x")
