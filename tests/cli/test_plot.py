@@ -135,7 +135,8 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
                 file[f"envelope/{name}_min"], file[f"envelope/{name}_max"] = values - 1e4, values
                 for side in ("min", "max"):
                     file[f"envelope/{name}_{side}"].attrs.update(
-                        {"units": "N m" if name == "moment" else "N", "where": "points" if name == "moment" else "cells",
+                        {"units": "N m" if name == "moment" else "N",
+                         "where": "points" if name == "moment" else "cells",
                          "label": "bending moment" if name == "moment" else "shear force"})
             file["envelope/stress_max"] = moment / (np.pi * 0.1**3 / 4)
             file["envelope/utilisation_max"] = file["envelope/stress_max"][()] / 2e8
