@@ -11,7 +11,7 @@ ContactParameters resolved(ContactParameters contact, const FilterParameters& fi
   return contact;
 }
 
-const InitialState& checked(const MassPoints& points, const InitialState& initial) {
+InitialState checked(const MassPoints& points, InitialState initial) {
   refuse_shape(points, initial);
   return initial;
 }

@@ -9,7 +9,7 @@
 namespace udar {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kAfterTheEnd = std::numeric_limits<double>::infinity();
 
 /// count times interval; 3 times 0.1 is 0.3, not the product of the rounded 0.1.
 double multiple(PetscInt count, double interval) {
@@ -35,7 +35,7 @@ void SnapshotSchedule::resume(double taken) {
 }
 
 double SnapshotSchedule::next() const {
-  double first = kInfinity;
+  double first = kAfterTheEnd;
   for (const Listener& listener : due_) {
     first = std::min(first, time_of(listener));
   }
@@ -50,7 +50,7 @@ bool SnapshotSchedule::is_due(const Listener& listener, double until) const {
 
 double SnapshotSchedule::time_of(const Listener& listener) const {
   const double interval = listener.observer->interval();
-  return interval > 0.0 && !listener.ended ? std::min(multiple(listener.next, interval), end_time_) : kInfinity;
+  return interval > 0.0 && !listener.ended ? std::min(multiple(listener.next, interval), end_time_) : kAfterTheEnd;
 }
 
 /// @param first its row at hand, if it has had none

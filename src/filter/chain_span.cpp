@@ -258,7 +258,7 @@ UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std
 
 /// The recursion inside M * W spans side by side: from left to right, and back.
 template <std::size_t W, std::size_t M, Mode Given>
-struct Recursion {
+struct LaneRecursion {
   using V = typename Pack<W>::Type;
   using NodeBlock = std::array<std::array<V, 2 * W>, M>;  // of W nodes, two numbers each
   static constexpr bool kTarget = Given != Mode::displacement;
@@ -434,7 +434,7 @@ struct Recursion {
 template <std::size_t W, std::size_t M, Mode Given>
 UDAR_INLINE void resolve_some(const Span& span, const FilterColumn& column, std::size_t first, const Ends* told,
                               double* scratch) {
-  using Lanes = Recursion<W, M, Given>;
+  using Lanes = LaneRecursion<W, M, Given>;
   const std::size_t inner = span.inner();
   const Lanes lanes{.span = span,
                     .column = column,

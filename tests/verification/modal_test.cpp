@@ -26,7 +26,7 @@ namespace udar {
 namespace {
 
 constexpr double kGravity = 9.81;
-constexpr double kRigid = std::numeric_limits<double>::infinity();
+constexpr double kRigidSupport = std::numeric_limits<double>::infinity();
 const double kSpeed = std::sqrt(2.0 * kGravity);  // of a fall of 1 m [m/s]
 
 Support point_at(double x, double stiffness) { return {.position = x, .stiffness = stiffness}; }
@@ -234,16 +234,16 @@ std::string refusal(const ModelParameters& parameters, const char* modes) {
 }
 
 TEST(Modal, RefusesWhatItCannot) {
-  ModelParameters lossy = landing(40, two(kRigid));
+  ModelParameters lossy = landing(40, two(kRigidSupport));
   lossy.supports[0].restitution = 0.5;
   EXPECT_NE(refusal(lossy, "auto").find("contact restitution: 0.5"), std::string::npos);
-  EXPECT_NE(refusal(landing(40, two(kRigid)), "40").find("expected at most 39"), std::string::npos);
-  EXPECT_NE(refusal(landing(40, two(kRigid)), "1").find("expected 2 to"), std::string::npos);
+  EXPECT_NE(refusal(landing(40, two(kRigidSupport)), "40").find("expected at most 39"), std::string::npos);
+  EXPECT_NE(refusal(landing(40, two(kRigidSupport)), "1").find("expected 2 to"), std::string::npos);
   ModelParameters pad = landing(40, {{.position = 5.0, .width = 1.6}});
   EXPECT_NE(refusal(pad, "16").find("give `support stiffness`"), std::string::npos) << refusal(pad, "16");
   ModelParameters floor = landing(40, {Support::floor(0.0, 1.0)});
   EXPECT_NE(refusal(floor, "8").find("expected at most 8"), std::string::npos);
-  ModelParameters filtered = landing(40, two(kRigid));
+  ModelParameters filtered = landing(40, two(kRigidSupport));
   filtered.filter = {.filter_frequency = 100.0};
   EXPECT_NE(refusal(filtered, "8").find("ts type: modal is not allowed with"), std::string::npos);
 }
