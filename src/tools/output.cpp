@@ -67,7 +67,8 @@ void output(const BeamChain& beam, const std::string& directory, long repeats) {
     }
     std::size_t bytes = 0;
     for (const FieldInfo& info : layout.fields) {
-      bytes += info.rows ? static_cast<std::size_t>(beam.nodes()) * info.bytes() : 0;
+      const PetscInt places = info.where == Where::cells ? beam.elements() : beam.nodes();
+      bytes += info.rows ? static_cast<std::size_t>(places) * info.bytes() : 0;
     }
     double time = 0.0;
     Timed fields{.body = [&] {
