@@ -97,13 +97,19 @@ petsc::Vector vector_for(Mat matrix) {
   return vector;
 }
 
-/// The same bits on any number of ranks.
-double sum_of(MPI_Comm comm, Vec vector) {
+/// All of a vector on rank 0, nothing on the others.
+petsc::Vector on_first_rank(Vec vector) {
   petsc::Handle<VecScatter, VecScatterDestroy> scatter;
   petsc::Vector gathered;
   UDAR_CALL(VecScatterCreateToZero(vector, scatter.put(), gathered.put()));
   UDAR_CALL(VecScatterBegin(scatter, vector, gathered, INSERT_VALUES, SCATTER_FORWARD));
   UDAR_CALL(VecScatterEnd(scatter, vector, gathered, INSERT_VALUES, SCATTER_FORWARD));
+  return gathered;
+}
+
+/// The same bits on any number of ranks.
+double sum_of(MPI_Comm comm, Vec vector) {
+  const petsc::Vector gathered = on_first_rank(vector);
   PetscInt count = 0;
   UDAR_CALL(VecGetLocalSize(gathered, &count));
   double sum = 0.0;
@@ -222,11 +228,7 @@ void ImportedStructure::check_pivots(Mat stiffness, Vec mass) {
   double highest = 0.0;
   UDAR_CALL(VecMax(ratio, nullptr, &highest));
   const std::vector<MatrixEntry> entries = gathered_entries(stiffness);
-  petsc::Handle<VecScatter, VecScatterDestroy> scatter;
-  petsc::Vector gathered;
-  UDAR_CALL(VecScatterCreateToZero(mass, scatter.put(), gathered.put()));
-  UDAR_CALL(VecScatterBegin(scatter, mass, gathered, INSERT_VALUES, SCATTER_FORWARD));
-  UDAR_CALL(VecScatterEnd(scatter, mass, gathered, INSERT_VALUES, SCATTER_FORWARD));
+  const petsc::Vector gathered = on_first_rank(mass);
   int rank = 0;
   MPI_Comm_rank(comm_, &rank);
   std::string failure;

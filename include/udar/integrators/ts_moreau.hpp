@@ -23,7 +23,7 @@ inline constexpr const char* kTsMoreau = "moreau";
 /// beam"; Jean, Comput. Methods Appl. Mech. Engrg 177 (1999) 235.
 [[nodiscard]] PetscErrorCode register_ts_moreau();
 
-/// The only one for the unfiltered beam.
+/// The default for the unfiltered beam.
 inline constexpr IntegratorType kMoreauType{
     .name = kTsMoreau,
     .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports},
