@@ -109,7 +109,7 @@ class EventWriter final : public BlockWriter {
 
  private:
   template <class Record>
-  std::vector<Record> in_user_numbers(std::span<const Record> records) const {
+  [[nodiscard]] std::vector<Record> in_user_numbers(std::span<const Record> records) const {
     std::vector<Record> named{records.begin(), records.end()};
     for (Record& record : named) {
       if (renumbers_) {

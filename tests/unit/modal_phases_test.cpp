@@ -96,10 +96,10 @@ ReducedModel table(double give) {
   const std::vector<double> places{-0.8, -0.3, 0.3, 0.8};
   for (const double x : places) {
     for (std::size_t m = 0; m < 6; ++m) {
-      const double shape = m == 0 ? 1.0
-                           : m == 1
-                               ? std::sqrt(3.0) * x
-                               : std::sqrt(2.0) * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
+      const double shape =
+          m == 0   ? 1.0
+          : m == 1 ? std::numbers::sqrt3 * x
+                   : std::numbers::sqrt2 * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
       model.row.push_back(shape / std::sqrt(kMass));
     }
   }

@@ -156,8 +156,9 @@ class Listener final : public local::Journal {
   std::vector<Event>* events_;
 };
 
-/// The reference.
-struct Reference {
+/// The reference: flights and rests of one mass by Taylor series in long double, one after the other.
+class Reference {
+ public:
   std::array<Real, kMostTerms> moments{};
   std::array<Real, kSamples> sampled{};
   Real displacement = 0.0L;
@@ -171,195 +172,241 @@ struct Reference {
   /// Marginal: an impact slower than 1e-7 of the scale per step in flight, a hop within 1e-3 of the hop tolerance, a
   /// plastic impact where the pull is 1e-10 of its scale, a gap (or a pressing stretch) whose least value, also at the
   /// end of the step, is within 1e-10 of the scale from 0.
-  Reference(const local::Problem& problem, Real scale, const std::array<double, kSamples>& samples) {
-    static const Gauss gauss;
-    constexpr Real kNear = 1e-10L;
-    const Real z2 = static_cast<Real>(problem.angle) * problem.angle;
-    Real tau = 0.0L;
-    Real place = 0.0L;
-    velocity = problem.velocity;
-    resting = problem.resting;
+  Reference(const local::Problem& problem, Real scale, const std::array<double, kSamples>& samples)
+      : velocity{problem.velocity},
+        resting{problem.resting},
+        problem_{problem},
+        scale_{scale},
+        samples_{samples},
+        z2_{static_cast<Real>(problem.angle) * problem.angle} {
     if (resting >= 0) {
-      place = problem.stops[static_cast<std::size_t>(resting)].at;
+      place_ = stop(resting).at;
       velocity = 0.0L;
     }
-    int on = -1;
-    for (int stop = 0; stop < 2 && resting < 0; ++stop) {
-      const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
-      if (support.present && std::abs(support.at) <= problem.together) {
-        on = stop;
+    for (int side = 0; side < 2 && resting < 0; ++side) {
+      if (stop(side).present && std::abs(stop(side).at) <= problem.together) {
+        on_ = side;
       }
     }
-    bool released = false;
-    const auto pass = [&](const Taylor& z, Real length, bool last) {
-      for (std::size_t i = 0; i < Gauss::kCount; ++i) {
-        const Real at = z(0, gauss.node[i] * length);
-        const Real x = 2.0L * (tau + gauss.node[i] * length) - 1.0L;
-        Real before = 1.0L;
-        Real p = x;
-        for (std::size_t j = 0; j < problem.terms; ++j) {
-          const Real now = j == 0 ? 1.0L : p;
-          moments[j] += static_cast<Real>(2 * j + 1) * length * gauss.weight[i] * now * at;
-          if (j > 0) {
-            const Real k = static_cast<Real>(j + 1);
-            const Real after = ((2.0L * k - 1.0L) * x * p - (k - 1.0L) * before) / k;
-            before = p;
-            p = after;
-          }
-        }
-      }
-      for (std::size_t i = 0; i < kSamples; ++i) {
-        if (samples[i] >= tau && (last || samples[i] < tau + length)) {
-          sampled[i] = z(0, samples[i] - tau);
-        }
-      }
-      tau += length;
-    };
-    for (;;) {
-      const Real left = 1.0L - tau;
-      std::array<Real, kMostTerms> line{};  // derivatives of P at tau
-      for (std::size_t order = 0; order < problem.terms; ++order) {
-        for (std::size_t k = problem.terms; k-- > order;) {
-          Real factor = problem.line[k];
-          for (std::size_t i = 0; i < order; ++i) {
-            factor *= static_cast<Real>(k - i);
-          }
-          line[order] = line[order] * tau + factor;
-        }
-      }
+    while (!done_) {
+      expand_line();
       if (resting >= 0) {
-        const Real side = resting == 0 ? 1.0L : -1.0L;
-        Taylor pressing;
-        pressing.count = problem.terms;
-        for (std::size_t k = 0; k < problem.terms; ++k) {
-          pressing.at[k] = -side * (line[k] - (k == 0 ? place : 0.0L));
-        }
-        Real end = left;
-        bool leaves = pressing.leading(0) < 0;
-        if (leaves) {
-          end = 0.0L;
-        } else {
-          const std::vector<Real> knots = pressing.turns(problem.terms, left);
-          for (std::size_t i = 1; i < knots.size() && !leaves; ++i) {
-            const Real least = pressing(0, knots[i]);
-            const bool turn = i + 1 == knots.size() || pressing(2, knots[i]) > 0.0L;
-            marginal = marginal || (turn && pressing.leading(0) != 0 && std::abs(least) < kNear * scale);
-            if (least < 0.0L) {
-              leaves = true;
-              end = pressing(0, knots[i - 1]) > 0.0L ? pressing.bracketed(0, knots[i - 1], knots[i]) : knots[i - 1];
-            }
-          }
-        }
-        Taylor still;
-        still.count = 1;
-        still.at[0] = place;
-        pass(still, end, !leaves);
-        if (!leaves) {
-          break;
-        }
-        releases.push_back(tau);
-        on = resting;
-        resting = -1;
-        released = end > 0.0L;
-        velocity = 0.0L;
-        continue;
-      }
-      Taylor z;
-      z.count = kDerivatives;
-      z.at[0] = place;
-      z.at[1] = velocity;
-      for (std::size_t k = 0; k + 2 < kDerivatives; ++k) {
-        z.at[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0L) - z.at[k]);
-      }
-      if (released) {
-        z.at[4] += z2 * z.at[2];
-        z.at[2] = 0.0L;  // what the release means
-        for (std::size_t k = 2; k + 2 < kDerivatives; ++k) {
-          z.at[k + 2] = z2 * ((k < problem.terms ? line[k] : 0.0L) - z.at[k]);
-        }
-        released = false;
-      }
-      Real end = left;
-      int met = -1;
-      const std::vector<Real> knots = z.turns(problem.terms, left);
-      bool close = false;
-      Real close_at = 2.0L;
-      for (int stop = 0; stop < 2; ++stop) {
-        const local::Stop& support = problem.stops[static_cast<std::size_t>(stop)];
-        if (!support.present) {
-          continue;
-        }
-        const Real side = stop == 0 ? 1.0L : -1.0L;
-        Taylor gap = z;
-        for (Real& value : gap.at) {
-          value *= side;
-        }
-        gap.at[0] = on == stop ? 0.0L : side * (place - support.at);
-        if (on == stop && gap.leading(1) < 0) {
-          end = 0.0L;
-          met = stop;
-          continue;
-        }
-        for (std::size_t i = 1; i < knots.size(); ++i) {
-          const Real least = gap(0, knots[i]);
-          const bool turn = i + 1 == knots.size() || gap(2, knots[i]) > 0.0L;
-          if (turn && std::abs(least) < kNear * scale && knots[i] < close_at) {
-            close = true;
-            close_at = knots[i];
-          }
-          if (least < 0.0L) {
-            const Real root = gap.bracketed(0, knots[i - 1], knots[i]);
-            if (root < end || met < 0) {
-              end = root;
-              met = stop;
-            }
-            if (close_at == knots[i]) {
-              close_at = root;
-            }
-            break;
-          }
-        }
-      }
-      marginal = marginal || (close && close_at <= end);
-      const Real arrived = z(1, end);
-      const Real reached = z(0, end);
-      pass(z, end, met < 0);
-      on = -1;
-      velocity = arrived;
-      place = reached;
-      if (met < 0) {
-        break;
-      }
-      const local::Stop& support = problem.stops[static_cast<std::size_t>(met)];
-      const Real side = met == 0 ? 1.0L : -1.0L;
-      const Real pull = side * z(2, end);
-      place = support.at;
-      const Real before = side * velocity;
-      const Real after = before < 0.0L ? -support.restitution * before : 0.0L;
-      if (before < 0.0L) {
-        ++impacts;
-        marginal = marginal || (end > 0.0L && -before < 1e-7L * scale);
-      }
-      const Real limit = -2.0L * pull * problem.hop_tolerance;
-      if (after > 0.0L) {
-        marginal = marginal || std::abs(after * after - limit) < 1e-3L * std::abs(limit);
-      } else if (before < 0.0L) {
-        marginal = marginal || std::abs(pull) < kNear * z2 * scale;
-      }
-      if (impacts > kMostCompared) {
-        cut = true;
-        break;
-      }
-      if ((pull < 0.0L && after * after <= limit) || (after == 0.0L && pull <= 0.0L)) {
-        resting = met;
-        velocity = 0.0L;
+        rest();
       } else {
-        velocity = side * after;
-        on = met;
+        fly();
       }
     }
-    displacement = place;
+    displacement = place_;
   }
+
+ private:
+  struct Meeting {
+    Real end = 0.0L;  ///< of the flight
+    int stop = -1;    ///< that is met there
+    Real close_at = 2.0L;
+  };
+
+  static constexpr Real kNear = 1e-10L;
+
+  [[nodiscard]] const local::Stop& stop(int side) const { return problem_.stops[static_cast<std::size_t>(side)]; }
+  [[nodiscard]] Real line(std::size_t order) const { return order < problem_.terms ? line_[order] : 0.0L; }
+
+  /// The line's derivatives at `tau_`.
+  void expand_line() {
+    line_.fill(0.0L);
+    for (std::size_t order = 0; order < problem_.terms; ++order) {
+      for (std::size_t k = problem_.terms; k-- > order;) {
+        Real factor = problem_.line[k];
+        for (std::size_t i = 0; i < order; ++i) {
+          factor *= static_cast<Real>(k - i);
+        }
+        line_[order] = line_[order] * tau_ + factor;
+      }
+    }
+  }
+
+  /// Adds a stretch of the motion to the moments and samples.
+  void pass(const Taylor& z, Real length, bool last) {
+    static const Gauss gauss;
+    for (std::size_t i = 0; i < Gauss::kCount; ++i) {
+      const Real at = z(0, gauss.node[i] * length);
+      const Real x = 2.0L * (tau_ + gauss.node[i] * length) - 1.0L;
+      Real before = 1.0L;
+      Real p = x;
+      for (std::size_t j = 0; j < problem_.terms; ++j) {
+        const Real now = j == 0 ? 1.0L : p;
+        moments[j] += static_cast<Real>(2 * j + 1) * length * gauss.weight[i] * now * at;
+        if (j > 0) {
+          const Real k = static_cast<Real>(j + 1);
+          const Real after = ((2.0L * k - 1.0L) * x * p - (k - 1.0L) * before) / k;
+          before = p;
+          p = after;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      if (samples_[i] >= tau_ && (last || samples_[i] < tau_ + length)) {
+        sampled[i] = z(0, samples_[i] - tau_);
+      }
+    }
+    tau_ += length;
+  }
+
+  void rest() {
+    const Real left = 1.0L - tau_;
+    const Real side = resting == 0 ? 1.0L : -1.0L;
+    Taylor pressing;
+    pressing.count = problem_.terms;
+    for (std::size_t k = 0; k < problem_.terms; ++k) {
+      pressing.at[k] = -side * (line_[k] - (k == 0 ? place_ : 0.0L));
+    }
+    bool leaves = pressing.leading(0) < 0;
+    Real end = leaves ? 0.0L : left;
+    const std::vector<Real> knots = leaves ? std::vector<Real>{} : pressing.turns(problem_.terms, left);
+    for (std::size_t i = 1; i < knots.size() && !leaves; ++i) {
+      const Real least = pressing(0, knots[i]);
+      const bool turn = i + 1 == knots.size() || pressing(2, knots[i]) > 0.0L;
+      marginal = marginal || (turn && pressing.leading(0) != 0 && std::abs(least) < kNear * scale_);
+      if (least < 0.0L) {
+        leaves = true;
+        end = pressing(0, knots[i - 1]) > 0.0L ? pressing.bracketed(0, knots[i - 1], knots[i]) : knots[i - 1];
+      }
+    }
+    Taylor still;
+    still.count = 1;
+    still.at[0] = place_;
+    pass(still, end, !leaves);
+    if (!leaves) {
+      done_ = true;
+      return;
+    }
+    releases.push_back(tau_);
+    on_ = resting;
+    resting = -1;
+    released_ = end > 0.0L;
+    velocity = 0.0L;
+  }
+
+  /// The free motion from `tau_` on.
+  [[nodiscard]] Taylor flight() const {
+    Taylor z;
+    z.count = kDerivatives;
+    z.at[0] = place_;
+    z.at[1] = velocity;
+    const auto higher = [&] {
+      for (std::size_t k = 2; k + 2 < kDerivatives; ++k) {
+        z.at[k + 2] = z2_ * (line(k) - z.at[k]);
+      }
+    };
+    z.at[2] = z2_ * (line(0) - z.at[0]);
+    z.at[3] = z2_ * (line(1) - z.at[1]);
+    higher();
+    if (released_) {
+      z.at[4] += z2_ * z.at[2];
+      z.at[2] = 0.0L;  // what the release means
+      higher();
+    }
+    return z;
+  }
+
+  /// Looks for the first contact with one stop between the knots of a flight.
+  void meet(int side, const Taylor& z, const std::vector<Real>& knots, Meeting& meeting) {
+    const Real sign = side == 0 ? 1.0L : -1.0L;
+    Taylor gap = z;
+    for (Real& value : gap.at) {
+      value *= sign;
+    }
+    gap.at[0] = on_ == side ? 0.0L : sign * (place_ - stop(side).at);
+    if (on_ == side && gap.leading(1) < 0) {
+      meeting.end = 0.0L;
+      meeting.stop = side;
+      return;
+    }
+    for (std::size_t i = 1; i < knots.size(); ++i) {
+      const Real least = gap(0, knots[i]);
+      const bool turn = i + 1 == knots.size() || gap(2, knots[i]) > 0.0L;
+      if (turn && std::abs(least) < kNear * scale_ && knots[i] < meeting.close_at) {
+        meeting.close_at = knots[i];
+      }
+      if (least < 0.0L) {
+        const Real root = gap.bracketed(0, knots[i - 1], knots[i]);
+        if (root < meeting.end || meeting.stop < 0) {
+          meeting.end = root;
+          meeting.stop = side;
+        }
+        if (meeting.close_at == knots[i]) {
+          meeting.close_at = root;
+        }
+        return;
+      }
+    }
+  }
+
+  void fly() {
+    const Taylor z = flight();
+    released_ = false;
+    const Real left = 1.0L - tau_;
+    const std::vector<Real> knots = z.turns(problem_.terms, left);
+    Meeting meeting;
+    meeting.end = left;
+    for (int side = 0; side < 2; ++side) {
+      if (stop(side).present) {
+        meet(side, z, knots, meeting);
+      }
+    }
+    marginal = marginal || meeting.close_at <= meeting.end;
+    const Real arrived = z(1, meeting.end);
+    const Real reached = z(0, meeting.end);
+    pass(z, meeting.end, meeting.stop < 0);
+    on_ = -1;
+    velocity = arrived;
+    place_ = reached;
+    if (meeting.stop < 0) {
+      done_ = true;
+    } else {
+      hit(meeting, z(2, meeting.end));
+    }
+  }
+
+  void hit(const Meeting& meeting, Real acceleration) {
+    const local::Stop& support = stop(meeting.stop);
+    const Real side = meeting.stop == 0 ? 1.0L : -1.0L;
+    const Real pull = side * acceleration;
+    place_ = support.at;
+    const Real before = side * velocity;
+    const Real after = before < 0.0L ? -support.restitution * before : 0.0L;
+    if (before < 0.0L) {
+      ++impacts;
+      marginal = marginal || (meeting.end > 0.0L && -before < 1e-7L * scale_);
+    }
+    const Real limit = -2.0L * pull * problem_.hop_tolerance;
+    if (after > 0.0L) {
+      marginal = marginal || std::abs(after * after - limit) < 1e-3L * std::abs(limit);
+    } else if (before < 0.0L) {
+      marginal = marginal || std::abs(pull) < kNear * z2_ * scale_;
+    }
+    if (impacts > kMostCompared) {
+      cut = true;
+      done_ = true;
+    } else if ((pull < 0.0L && after * after <= limit) || (after == 0.0L && pull <= 0.0L)) {
+      resting = meeting.stop;
+      velocity = 0.0L;
+    } else {
+      velocity = side * after;
+      on_ = meeting.stop;
+    }
+  }
+
+  const local::Problem& problem_;
+  Real scale_;
+  const std::array<double, kSamples>& samples_;
+  Real z2_;
+  Real tau_ = 0.0L;
+  Real place_ = 0.0L;
+  int on_ = -1;            ///< the stop that the mass flies off
+  bool released_ = false;  ///< with the line's pull zero
+  bool done_ = false;
+  std::array<Real, kMostTerms> line_{};
 };
 
 /// A problem and the size of its displacements.

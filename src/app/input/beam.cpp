@@ -264,6 +264,7 @@ class SegmentLists {
 template <class Thing>
 std::vector<Thing> paired(const NumberList& places, NumberList values, const char* per_place) {
   std::vector<Thing> things;
+  things.reserve(places.values.size());
   if (!places.values.empty() || values.given) {
     values.spread(places.values.size(), per_place);
   }
