@@ -98,7 +98,8 @@ void require_features(const std::string& name, Features can, Features needed) {
   }
   std::vector<std::string> missing;
   std::vector<std::string> there;
-  const FeatureName* first = nullptr;
+  const char* quantity = "";  // of what is missing first, and how to do without it
+  const char* without = "";
   for (const FeatureName& feature : kFeatureNames) {
     if (!needed.has(feature.feature)) {
       continue;
@@ -107,16 +108,19 @@ void require_features(const std::string& name, Features can, Features needed) {
       there.emplace_back(feature.words);
       continue;
     }
+    if (missing.empty()) {
+      quantity = feature.quantity;
+      without = feature.without;
+    }
     missing.emplace_back(feature.words);
-    first = first == nullptr ? &feature : first;
   }
   const IntegratorType* type = type_of(name);
   const std::string knows = type != nullptr ? std::string{": "} + type->knows : std::string{};
   const std::vector<std::string> others = types_for(needed);
   if (others.empty()) {
-    throw InputError{std::string{first->quantity} + ": " + listed(missing, " and ") + " not allowed with " +
-                     listed(there, " and ") + ", expected " + first->without + "; no integrator knows both. -ts_type " +
-                     name + knows};
+    throw InputError{std::string{quantity} + ": " + listed(missing, " and ") + " not allowed with " +
+                     listed(there, " and ") + ", expected " + without + "; no integrator knows both. -ts_type " + name +
+                     knows};
   }
   throw InputError{"ts type: " + name + " is not allowed with " + listed(missing, " and ") + ", expected " +
                    listed(others, " or ") + knows};

@@ -115,9 +115,9 @@ Number of_first_rank(MPI_Comm comm, Number value) {
   return value;
 }
 
-std::string system_reason(int error) { return std::generic_category().message(error); }
-
 }  // namespace
+
+std::string system_reason(int error) { return std::generic_category().message(error); }
 
 std::string append_checksum(MPI_Comm comm, const std::string& path) {
   const OpenFile file{path};

@@ -8,6 +8,9 @@
 
 namespace udar::io {
 
+/// @brief What the system says of a value of `errno`.
+[[nodiscard]] std::string system_reason(int error);
+
 /// @brief Puts a line with length and CRC-32 of the file behind its last byte. HDF5 does not mind what follows its own.
 /// @param[in] path of a file that is closed on all ranks
 /// @return what went wrong, empty if nothing did; the same on every rank

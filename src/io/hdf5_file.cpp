@@ -13,10 +13,10 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
-#include <system_error>
 #include <thread>
 #include <utility>
 
+#include "io/file_checksum.hpp"
 #include "io/hdf5_types.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -42,8 +42,6 @@ constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 constexpr std::chrono::seconds kFlushInterval{1};
 /// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
 constexpr std::chrono::seconds kLongestWait{60};
-
-std::string system_reason(int error) { return std::generic_category().message(error); }
 
 herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
   if (position == 0 && error->desc != nullptr) {
