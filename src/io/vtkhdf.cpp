@@ -92,14 +92,14 @@ class Writer {
   /// As many values as `count`, each made of its number; no more than some of them are in memory.
   template <class Value, class Make>
   void sequence(const std::string& name, hsize_t count, const Make& make) {
-    constexpr hsize_t kBlock = 1 << 17;
+    constexpr hsize_t kMost = 1 << 17;
     const hid_t type = type_of(Value{});
     const Hdf5Id space = space_of({count});
     const Hdf5Id data{H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose};
     bool ok = data.valid();
     std::vector<Value> block;
-    for (hsize_t begin = 0; ok && begin < count; begin += kBlock) {
-      const hsize_t size = std::min(kBlock, count - begin);
+    for (hsize_t begin = 0; ok && begin < count; begin += kMost) {
+      const hsize_t size = std::min(kMost, count - begin);
       block.clear();
       for (hsize_t i = begin; i < begin + size; ++i) {
         block.push_back(make(i));
