@@ -29,15 +29,15 @@ FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const Mod
   FilterParameters filter = input.filter.parameters;
   if (input.filter.modal) {
     constexpr double kSample = 1e-4;  // [s], of forces and rows alone: nothing is integrated in steps
-    filter.filter_frequency = 2.0 / kSample;
+    filter.step = kSample;
     return filter;
   }
-  if (filter.unfiltered && input.time.step > 0.0) {
-    filter.filter_frequency = 2.0 / even_step(input.time.step, input.output.output.interval, input.time.end);
+  if (!filter.filtered() && input.time.step > 0.0) {
+    filter.step = even_step(input.time.step, input.output.output.interval, input.time.end);
   }
   if (petsc::Session::help_requested()) {
     constexpr double kAny = 100.0;
-    filter.filter_frequency = filter.filter_frequency > 0.0 ? filter.filter_frequency : kAny;
+    filter.filter_frequency = filter.filtered() && filter.filter_frequency > 0.0 ? filter.filter_frequency : kAny;
     return filter;
   }
   return input.filter.automatic ? choose_filter(comm, model, input.filter) : filter;
@@ -46,7 +46,7 @@ FilterParameters settled_filter(MPI_Comm comm, const CaseInput& input, const Mod
 /// Impacts come as often as the fastest springs swing: over less than half a period of these a mean says nothing.
 /// Contact on the line has forces of its own, and the unfiltered beam one in every step.
 double settled_force_window(double asked, const Case& settled) {
-  const double resolved = std::numbers::pi / settled.filter.filter_frequency;
+  const double resolved = std::numbers::pi / settled.filter.shift();
   if (settled.contact.surface == ContactSurface::mass && asked > 0.0 && asked < resolved) {
     std::ostringstream message;
     message << "option -output_force_window: " << asked
@@ -72,7 +72,7 @@ CaseInput read_case(MPI_Comm comm) {
   for (const double gauge : input.structure.imported ? std::vector<double>{} : input.output.gauges) {
     require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.beam.length()});
   }
-  input.time = read_time(comm, input.filter.parameters.unfiltered && !input.filter.modal);
+  input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   if (input.contact.contact.surface == ContactSurface::line && input.filter.exact.any()) {
     throw InputError{
         "options -filter_correct_modes and -filter_correct_mode are not for -contact_surface line: in these modes the "
@@ -94,7 +94,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.initial = input.start.initial;
   settled.supports = input.contact.supports;
   settled.contact = input.contact.contact;
-  if (settled.filter.unfiltered) {  // masses and line are one
+  if (!settled.filter.filtered()) {  // masses and line are one
     settled.contact.surface = ContactSurface::line;
   }
   settled.exact = input.filter.exact;

@@ -21,7 +21,7 @@ constexpr double kHighFall = 1000.0;
 
 bool moves_as_rigid(const Case& input, const Structure& structure) {
   const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
-  return !structure.held() && input.loads.empty() && input.initial.shape.x.empty() &&
+  return !structure.grounded() && input.loads.empty() && input.initial.shape.x.empty() &&
          std::ranges::none_of(input.beam.segments, gap);
 }
 
@@ -85,12 +85,12 @@ std::optional<double> expected_contact(const Case& input, const Structure& struc
   const MassState masses = initial_masses(points, input.initial);
   double first = kInfinity;
   const Contacts contacts = find_contacts(points, input.supports);
-  for (const ContactSet& run : contacts.sets) {
-    const double lift = run.lift(0.0).height;
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      const double gap = run.side * (masses.position[node] - run.height(node) - lift);
+  for (const ContactSet& set : contacts.sets) {
+    const double lift = set.lift(0.0).height;
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      const double gap = set.side * (masses.position[node] - set.height(node) - lift);
       first = std::min(first,
-                       gap > 0.0 ? meeting_time(gap, run.side * masses.velocity[node], run.side * input.gravity) : 0.0);
+                       gap > 0.0 ? meeting_time(gap, set.side * masses.velocity[node], set.side * input.gravity) : 0.0);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPI_DOUBLE, MPI_MIN, points.comm());
@@ -109,7 +109,7 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << "structure " << points.total_mass() << " kg, x from " << points.extent().from << " to "
          << points.extent().to << " m, " << points.total() << " masses, ";
   }
-  text << (structure.held() ? "held" : "free") << '\n';
+  text << (structure.grounded() ? "held" : "free") << '\n';
   text << "modes    ";
   for (const Mode& mode : modes) {
     text << ' ' << mode.frequency << (&mode == &modes.back() ? " rad/s" : ",");
@@ -117,7 +117,7 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
   text << (modes.empty() ? " none" : ", without the filter") << '\n';
   if (input.modal) {
     text << "filter    none, modes alone\n";
-  } else if (input.filter.unfiltered) {
+  } else if (!input.filter.filtered()) {
     text << "filter    none, time step " << 2.0 / line.filter_frequency() << " s\n";
   } else {
     text << "filter    wf = " << line.filter_frequency() << " rad/s";
@@ -149,15 +149,15 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
                 "if that is meant",
                 input.gravity);
   }
-  if (input.supports.empty() && !structure.held()) {
+  if (input.supports.empty() && !structure.grounded()) {
     petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
   }
   double highest = 0.0;
   const MassState masses = initial_masses(points, input.initial);
   const Contacts contacts = find_contacts(points, input.supports);
-  for (const ContactSet& run : contacts.sets) {
-    for (std::size_t node = run.first; node < run.last; ++node) {
-      highest = std::max(highest, std::abs(masses.position[node] - run.height(node)));
+  for (const ContactSet& set : contacts.sets) {
+    for (std::size_t node = set.first; node < set.last; ++node) {
+      highest = std::max(highest, std::abs(masses.position[node] - set.height(node)));
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_DOUBLE, MPI_MAX, comm);

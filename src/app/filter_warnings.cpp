@@ -21,7 +21,7 @@ constexpr double kStiff = 3.0;
 
 SupportSprings support_springs(const FilteredStructure& line, const Case& input) {
   const MassPoints& points = line.points();
-  if (line.parameters().unfiltered || input.contact.surface == ContactSurface::line) {
+  if (!line.parameters().filtered() || input.contact.surface == ContactSurface::line) {
     return {};  // nothing gives way
   }
   const double wf2 = line.filter_frequency() * line.filter_frequency();
@@ -29,10 +29,10 @@ SupportSprings support_springs(const FilteredStructure& line, const Case& input)
   double stiffness = 0.0;
   double drop = std::numeric_limits<double>::infinity();
   const Contacts contacts = find_contacts(points, input.supports);
-  for (const ContactSet& run : contacts.sets) {
-    for (std::size_t node = run.first; node < run.last && run.side > 0.0; ++node) {
+  for (const ContactSet& set : contacts.sets) {
+    for (std::size_t node = set.first; node < set.last && set.side > 0.0; ++node) {
       stiffness += wf2 * line.mass()[node];
-      drop = std::min(drop, masses.position[node] - run.height(node) - run.lift(0.0).height);
+      drop = std::min(drop, masses.position[node] - set.height(node) - set.lift(0.0).height);
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &stiffness, 1, MPI_DOUBLE, MPI_SUM, points.comm());
@@ -52,7 +52,7 @@ SupportSprings support_springs(const FilteredStructure& line, const Case& input)
 void print_warnings(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes,
                     const SupportSprings& springs) {
   const MPI_Comm comm = line.points().comm();
-  if (!line.parameters().unfiltered && !modes.empty() && !modes.front().corrected &&
+  if (line.parameters().filtered() && !modes.empty() && !modes.front().corrected &&
       modes.front().distortion() < -kWarningShare) {
     petsc::warn(comm,
                 "the filter lowers the first bending frequency from %.4g to %.4g rad/s (%.0f %%); "
@@ -72,7 +72,7 @@ void print_warnings(const Case& input, const FilteredStructure& line, const std:
                     : "");
   }
   const double angle = 2.0 / line.filter_frequency() * (modes.empty() ? 0.0 : modes.front().frequency);
-  if (line.parameters().unfiltered && !input.modal && angle > 1.0) {
+  if (!line.parameters().filtered() && !input.modal && angle > 1.0) {
     petsc::warn(comm,
                 "the time step of %g s is %.3g times 1 / w1 of the beam's first bending frequency w1 = %.4g rad/s: it "
                 "does not resolve even its slowest vibration; lower -ts_dt",
@@ -80,8 +80,8 @@ void print_warnings(const Case& input, const FilteredStructure& line, const std:
   }
   double fastest = 0.0;  // of a mass on a support's spring [1/s^2]; runs know it whatever rank they are on
   const Contacts contacts = find_contacts(line.points(), input.supports);
-  for (const ContactSet& run : contacts.sets) {
-    fastest = input.contact.surface == ContactSurface::mass ? std::max(fastest, run.stiffness) : 0.0;
+  for (const ContactSet& set : contacts.sets) {
+    fastest = input.contact.surface == ContactSurface::mass ? std::max(fastest, set.stiffness) : 0.0;
   }
   MPI_Allreduce(MPI_IN_PLACE, &fastest, 1, MPI_DOUBLE, MPI_MAX, comm);
   const double ratio = std::sqrt(fastest) / line.filter_frequency();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
@@ -67,6 +69,15 @@ int exit_code_of(MPI_Comm comm, bool completed, int signal) {
   return completed ? 0 : signal != 0 ? 128 + signal : kStoppedBySteps;
 }
 
+/// Whose groups nobody here reads.
+void refuse_keys_of_other_programs() {
+  for (const auto& [group, program] : {std::pair{"study_", "udar-study"}, std::pair{"bench_", "udar-bench"}}) {
+    if (const std::string key = petsc::unread_option(group); !key.empty()) {
+      throw InputError{"option " + key + " is not allowed here, it is one of " + program};
+    }
+  }
+}
+
 }  // namespace
 
 RunResult run(MPI_Comm comm, const RunHooks& hooks) {
@@ -83,6 +94,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (help) {
     return {};
   }
+  refuse_keys_of_other_programs();
   petsc::check_unknown_options(comm);
   refuse_large_output(input);
   std::optional<MotionState> earlier;

@@ -10,7 +10,7 @@
 namespace udar::app {
 
 double longest_sample(const Case& input) {
-  return (input.filter.unfiltered ? 2.0 : 0.25 * std::numbers::pi) / input.filter.filter_frequency;
+  return (input.filter.filtered() ? 0.25 * std::numbers::pi : 2.0) / input.filter.shift();
 }
 
 io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std::vector<FieldInfo> fields) {

@@ -49,6 +49,14 @@ void add_structure(Description& built, const FilteredStructure& line) {
   built.add("mass [kg]", rounded(points.total_mass()));
   if (const BeamChain* beam = line.structure().chain(); beam != nullptr) {
     built.add("elements", static_cast<double>(beam->elements()));
+    std::vector<double> modulus;
+    std::vector<double> yields;
+    for (const BeamSegment& segment : beam->parameters().segments) {
+      modulus.push_back(segment.section_modulus);
+      yields.push_back(segment.yield_stress);
+    }
+    built.add("section moduli I/c [m^3], 0: not known", rounded(modulus));
+    built.add("yield stress [Pa], 0: not known", rounded(yields));
   }
   built.add("nodes", static_cast<double>(points.total()));
   built.add("ranks", ranks);
@@ -81,7 +89,7 @@ void add_filter(Description& built, const FilteredStructure& line, bool modal) {
   const double wf = line.filter_frequency();
   if (modal) {
     built.add("filter", "none, modes alone");
-  } else if (line.parameters().unfiltered) {
+  } else if (!line.parameters().filtered()) {
     built.add("time step [s]", rounded(2.0 / wf));
   } else {
     if (beam != nullptr) {
@@ -175,6 +183,8 @@ void print_view(const Case& input, FilteredStructure& line, const std::vector<Mo
   }
   add_supports(built, input, line, springs);
   add_places(built, input, line.points());
+  built.add("initial velocity [m/s], of turning [rad/s]",
+            rounded({input.initial.velocity, input.initial.angular_velocity}));
   built.add("output", input.output.directory);
   built.add("interval of rows, of fields [s]", rounded({input.output.interval, input.output.field_interval}));
   print(comm, "as built:", built);

@@ -7,7 +7,7 @@ namespace {
 
 /// Without filter masses and line are one, and contact is resolved on the line.
 ContactParameters resolved(ContactParameters contact, const FilterParameters& filter) {
-  contact.surface = filter.unfiltered ? ContactSurface::line : contact.surface;
+  contact.surface = filter.filtered() ? contact.surface : ContactSurface::line;
   return contact;
 }
 

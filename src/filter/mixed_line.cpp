@@ -5,13 +5,7 @@
 
 namespace udar {
 
-MixedLine::MixedLine(const BeamChain& beam, double filter_frequency, bool given_line)
-    : BlockLine{beam, filter_frequency} {
-  build();
-  if (given_line) {
-    create_moment_solver();
-  }
-}
+MixedLine::MixedLine(const BeamChain& beam, double filter_frequency) : BlockLine{beam, filter_frequency} { build(); }
 
 std::string MixedLine::block_form_reason() const { return beam().parameters().tension > 0.0 ? "tension" : ""; }
 

@@ -195,9 +195,8 @@ std::vector<Mode> lowest_modes(FilteredStructure& line, PetscInt count) {
 }
 
 std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters& filter, PetscInt count) {
-  const double wf = filter.filter_frequency;
+  const double wf = filter.shift();
   FilterParameters parameters = filter;
-  parameters.unfiltered = false;
   // Shares w^2 / (wf^2 + w^2) of the first and the last mode as far from 0 as from 1: wf is their geometric mean.
   parameters.filter_frequency = first_guess(structure);
   constexpr int kMostTrials = 8;

@@ -10,20 +10,19 @@ namespace udar {
 std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const FilterParameters& parameters) {
   const BeamChain* chain = structure.chain();
   if (chain == nullptr) {
-    if (parameters.unfiltered) {
+    if (!parameters.filtered()) {
       throw InputError{"filter frequency: none is for beams alone; imported matrices need a number > 0 [rad/s]"};
     }
-    return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points().mass(),
-                                               parameters.filter_frequency);
+    return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points().mass(), parameters.shift());
   }
   const BeamChain& beam = *chain;
   if (parameters.formulation == Formulation::mixed) {
-    return std::make_unique<MixedLine>(beam, parameters.filter_frequency, parameters.unfiltered);
+    return std::make_unique<MixedLine>(beam, parameters.shift());
   }
-  if (parameters.unfiltered) {
+  if (!parameters.filtered()) {
     throw InputError{"beam formulation: `filter frequency` none needs mixed, which has the moments of a given line"};
   }
-  return std::make_unique<HermiteLine>(beam, parameters.filter_frequency);
+  return std::make_unique<HermiteLine>(beam, parameters.shift());
 }
 
 }  // namespace udar

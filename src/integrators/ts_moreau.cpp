@@ -124,15 +124,14 @@ class Moreau final : public ProblemIntegrator {
       return;
     }
     const petsc::LogScope scope{petsc::log_events().contact};
-    enum Field : std::size_t { guess, gap, fields };
+    enum Field : std::size_t { guess, velocity, stretch, fields };
     const auto& points = contact_nodes_->points();
     std::vector<double> values;
     contact_nodes_->gather(
         fields,
         [&](std::size_t point, std::size_t field) {
           const std::size_t node = contact_nodes_->local(point);
-          const double e = contact_->supports()[static_cast<std::size_t>(points[point].support)].restitution;
-          return field == guess ? guess_[node] : stretch_[node] + 0.25 * step_ * (1.0 + e) * start_[count_ + node];
+          return field == guess ? guess_[node] : (field == velocity ? start_[count_ + node] : stretch_[node]);
         },
         values);
     std::vector<double> gaps(points.size(), std::numeric_limits<double>::infinity());
@@ -140,8 +139,10 @@ class Moreau final : public ProblemIntegrator {
       const double* of = values.data() + i * fields;
       const Face face = face_of(points[i]);
       if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
-        const double e = contact_->supports()[static_cast<std::size_t>(points[i].support)].restitution;
-        gaps[i] = points[i].side * (of[gap] - 0.25 * step_ * (face.after + e * face.before));
+        const ImpactLaw law = contact_->supports()[static_cast<std::size_t>(points[i].support)].law();
+        const double e = law.ratio(std::abs(of[velocity] - face.before));
+        gaps[i] = points[i].side * (of[stretch] + 0.25 * step_ * (1.0 + e) * of[velocity] -
+                                    0.25 * step_ * (face.after + e * face.before));
       }
     }
     in_contact_ = contact_nodes_->solve(gaps, force_);

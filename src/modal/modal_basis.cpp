@@ -26,7 +26,6 @@ FilterParameters separating(const BeamChain& chain, FilterParameters parameters,
   const double half_waves = std::max(static_cast<double>(count) - 1.5, 1.5);
   constexpr double kShare = 0.3;
   parameters.filter_frequency = kShare * softest * std::pow(std::numbers::pi * half_waves / chain.length(), 2.0);
-  parameters.unfiltered = false;
   return parameters;
 }
 

@@ -98,7 +98,7 @@ PetscInt BeamChain::rigid_modes() const {
   return 2 * (static_cast<PetscInt>(gaps) + 1);
 }
 
-bool BeamChain::held() const {
+bool BeamChain::grounded() const {
   const auto spring = [](const BeamEnd& end) { return end.translational_stiffness > 0.0 || !end.moment_free(); };
   const auto foundation = [](const BeamSegment& segment) { return segment.foundation_stiffness > 0.0; };
   return spring(parameters_.left) || spring(parameters_.right) || !parameters_.line_supports.empty() ||

@@ -149,7 +149,7 @@ ImportedStructure::ImportedStructure(MPI_Comm comm, const ImportParameters& para
   check_unknowns(stiffness, masses);
   check_pivots(stiffness, masses);
   checksum_ = checksum(comm, stiffness, masses);
-  held_ = resists_translation(stiffness, parameters.directions);
+  grounded_ = resists_translation(stiffness, parameters.directions);
   order(stiffness, masses, parameters);
 }
 

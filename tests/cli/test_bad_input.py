@@ -354,6 +354,8 @@ WORDS = {
     ("--beam_length", "10"): ["'--beam_length'", "one dash: -beam_length"],
     ("-beam_length=10",): ["'-beam_length=10'", "with a blank: -beam_length 10"],
     ("-options_file",): ["-options_file", "name of a case file"],
+    ("-study_jobs", "3"): ["-study_jobs", "udar-study"],
+    ("-bench_kind", "batch"): ["-bench_kind", "udar-bench"],
 }
 
 # What a YAML file must not hold: what the message must contain besides the file's name.

@@ -468,7 +468,10 @@ class LineSupports(UdarTest):
 
 class Printing(UdarTest):
     def test_view(self):
-        result = self.run_case(case(filter_frequency=50, beam_elements=80, udar_view=True, ts_max_time=0.01))
+        result = self.run_case(case(filter_frequency=50, beam_elements=80, udar_view=True, ts_max_time=0.01,
+                                    initial_velocity=-0.25, beam_yield_stress=2.5e8))
+        self.assertRegex(result.out, r"initial velocity \[m/s\].* -0\.25 0\n")
+        self.assertRegex(result.out, r"yield stress \[Pa\].* 2\.5e\+08\n")
         for words in (("frequenc", "rad/s"), ("decay",), ("stiffness",), ("sag",), ("warning",)):
             for word in words:
                 self.assertIn(word, (result.out + result.err).lower(), f"-udar_view{result}")

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -30,7 +31,9 @@ inline BeamParameters steel_beam(PetscInt elements) {
 }
 
 /// Without filter, in steps of this length [s].
-inline FilterParameters unfiltered(double step) { return {.filter_frequency = 2.0 / step, .unfiltered = true}; }
+inline FilterParameters unfiltered(double step) {
+  return {.filter_frequency = std::numeric_limits<double>::infinity(), .step = step};
+}
 
 constexpr BeamEnd kPinned{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = 0.0};
 constexpr BeamEnd kClamped{.translational_stiffness = BeamEnd::kRigid, .rotational_stiffness = BeamEnd::kRigid};

@@ -72,7 +72,7 @@ class FilteredStructure {
   }
   /// No frequency of the masses on the line is higher [rad/s]: wf, or that of a corrected mode above it.
   [[nodiscard]] double frequency_bound() const noexcept {
-    return std::max(parameters_.filter_frequency, corrected_.highest_frequency());
+    return std::max(parameters_.shift(), corrected_.highest_frequency());
   }
 
   [[nodiscard]] const Structure& structure() const noexcept { return *structure_; }
@@ -81,7 +81,8 @@ class FilteredStructure {
   /// What is solved with: internal forces, energy, springs at contact points.
   [[nodiscard]] FilterOperator& filter_operator() const noexcept { return *operator_; }
   [[nodiscard]] std::span<const double> mass() const noexcept { return operator_->mass(); }  ///< [kg], local points
-  [[nodiscard]] double filter_frequency() const noexcept { return parameters_.filter_frequency; }
+  /// wf, without filter 2 / step [rad/s]: `FilterParameters::shift`.
+  [[nodiscard]] double filter_frequency() const noexcept { return parameters_.shift(); }
   [[nodiscard]] PetscInt solves() const noexcept { return solves_; }
   [[nodiscard]] KSP solver() const noexcept { return solver_; }      ///< for PETSc calls beyond this class
   [[nodiscard]] Mat op() const noexcept { return operator_->op(); }  ///< its product, scaled, in its own unknowns

@@ -10,9 +10,8 @@ namespace udar {
 /// cancellation. Source: docs/theory.md, "The discrete line".
 class MixedLine final : public BlockLine {
  public:
-  /// @param given_line whether `internal_of` will be asked for: its solver is made at once
   /// @note Collective.
-  MixedLine(const BeamChain& beam, double filter_frequency, bool given_line = false);
+  MixedLine(const BeamChain& beam, double filter_frequency);
 
   void right_hand_side(const FilterColumn& column, std::span<double> values) const override;
   void extract(std::span<const double> unknowns, const FilterColumn& column) const override;

@@ -4,6 +4,7 @@
 
 #include <petscmat.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -26,12 +27,15 @@ enum class Formulation : std::uint8_t {
 
 /// @brief What shapes a `FilteredStructure`.
 struct FilterParameters {
-  double filter_frequency = 0.0;  ///< wf [rad/s], > 0
+  double filter_frequency = 0.0;  ///< wf [rad/s], > 0; infinite: no filter, the masses are the structure's own
   Formulation formulation = Formulation::mixed;
   PetscInt check_interval = 50;      ///< every so many solves the residual is computed; 0: never
   double residual_tolerance = 1e-8;  ///< largest normwise backward error that passes the check [-]
-  /// The masses are those of the structure itself; wf is 2 / time step, for `-ts_type moreau` alone.
-  bool unfiltered = false;
+  double step = 0.0;                 ///< of the integrator that goes without filter [s]
+
+  [[nodiscard]] bool filtered() const noexcept { return !std::isinf(filter_frequency); }
+  /// w of the operator w^2 M + C [rad/s]: wf, without filter 2 / step.
+  [[nodiscard]] double shift() const noexcept { return filtered() ? filter_frequency : 2.0 / step; }
 };
 
 /// @brief Solves for whole columns without a right-hand side in between.

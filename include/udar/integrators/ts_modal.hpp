@@ -15,7 +15,7 @@ inline constexpr const char* kTsModal = "modal";
 ///
 /// The k lowest modes of the unfiltered beam move exactly, all others follow at rest; supports hold the line. From one
 /// change of contact to the next the motion is known in closed form: a step is such a phase, whatever its length, and
-/// costs no line solve. Needs a `FilteredStructure` without filter (`FilterParameters::unfiltered`), whose frequency is
+/// costs no line solve. Needs a `FilteredStructure` without filter (`FilterParameters::filtered`), whose frequency is
 /// not used, and a problem: `compose_problem`.
 /// Options: `-modal_modes`. Source: docs/theory.md, "The modal integrator"; MacNeal, Computers & Structures 1 (1971)
 /// 581; Rubin, AIAA J. 13 (1975) 995.

@@ -18,7 +18,7 @@ inline constexpr const char* kTsMoreau = "moreau";
 ///
 /// The Moreau-Jean scheme with theta = 1/2 on M y'' + C y = F: the impact law holds between the velocities at both ends
 /// of a step, at all nodes that a support reaches in it together. Its matrix M + h^2/4 C is that of a line on filter
-/// springs of 2/h: it needs a `FilteredStructure` made so (`FilterParameters::unfiltered`), and that is the step's
+/// springs of 2/h: it needs a `FilteredStructure` made so (`FilterParameters::filtered`), and that is the step's
 /// length; there is no error control. Needs a problem: `compose_problem`. Source: docs/theory.md, "The unfiltered
 /// beam"; Jean, Comput. Methods Appl. Mech. Engrg 177 (1999) 235.
 [[nodiscard]] PetscErrorCode register_ts_moreau();

@@ -55,7 +55,7 @@ class Equations {
   /// Null where nothing holds the line.
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
   /// Whether the masses are on filter springs, not those of the line itself.
-  [[nodiscard]] bool filtered() const noexcept { return !line_->parameters().unfiltered; }
+  [[nodiscard]] bool filtered() const noexcept { return line_->parameters().filtered(); }
 
   /// @brief Solves for the line at a time, with what its supports do to it. @param[in] mass_position Ym [m] @note
   /// Collective.

@@ -105,7 +105,7 @@ class BeamChain final : public Structure {
   /// Lines between neighbours, gaps included; the one to the right of a node is of the node's rank.
   [[nodiscard]] Topology topology() const override;
   [[nodiscard]] PetscInt rigid_modes() const override;
-  [[nodiscard]] bool held() const override;
+  [[nodiscard]] bool grounded() const override;
   void describe(Description& all) const override;
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }

@@ -50,7 +50,7 @@ class ImportedStructure final : public Structure {
   /// Six, or as many as the factorisation finds.
   [[nodiscard]] PetscInt rigid_modes() const override { return rigid_modes_; }
   /// Whether it has a stiffness against a translation along y.
-  [[nodiscard]] bool held() const override { return held_; }
+  [[nodiscard]] bool grounded() const override { return grounded_; }
   void describe(Description& all) const override;
   [[nodiscard]] Mat stiffness() const override { return stiffness_; }
 
@@ -67,7 +67,7 @@ class ImportedStructure final : public Structure {
   MPI_Comm comm_;
   PetscInt unknowns_ = 0;
   PetscInt rigid_modes_ = 0;
-  bool held_ = false;
+  bool grounded_ = false;
   double total_mass_ = 0.0;
   std::uint64_t checksum_ = 0;  // to tell two structures apart
   std::unique_ptr<PlacedPoints> points_;

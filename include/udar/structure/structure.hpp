@@ -29,7 +29,7 @@ class Structure {
   /// How many rigid motions it has if nothing fixes it; at most so many modes have no frequency.
   [[nodiscard]] virtual PetscInt rigid_modes() const = 0;
   /// Whether anything ties it to the ground.
-  [[nodiscard]] virtual bool held() const = 0;
+  [[nodiscard]] virtual bool grounded() const = 0;
   /// Adds what it is, equal on every rank. @note Not collective.
   virtual void describe(Description& all) const = 0;
 };

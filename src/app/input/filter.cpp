@@ -1,4 +1,5 @@
 #include <array>
+#include <limits>
 #include <string_view>
 
 #include "app/input/readers.hpp"
@@ -34,7 +35,9 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
       "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
       "required but for -ts_type modal, which has none");
   filter.modal = is_modal();
-  filter.parameters.unfiltered = word == "none" || filter.modal;
+  if (word == "none" || filter.modal) {
+    filter.parameters.filter_frequency = std::numeric_limits<double>::infinity();
+  }
   filter.automatic = word == "auto" && !filter.modal;
   if (filter.modal && given && word != "none") {
     petsc::warn(comm, "-filter_frequency is not used: -ts_type modal has no filter");
@@ -60,7 +63,7 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
                      (accuracy_given ? "-filter_accuracy" : (modes_given ? "-filter_modes" : "-filter_band")) +
                      " needs -filter_frequency auto"};
   }
-  if (filter.parameters.unfiltered && filter.exact.any()) {
+  if (!filter.parameters.filtered() && filter.exact.any()) {
     throw InputError{
         "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
         "nothing to correct"};

@@ -51,8 +51,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm);
-/// @param unfiltered whether a step must be given
-[[nodiscard]] TimeInput read_time(MPI_Comm comm, bool unfiltered);
+/// @param step_needed whether a step must be given
+[[nodiscard]] TimeInput read_time(MPI_Comm comm, bool step_needed);
 /// @}
 
 }  // namespace udar::app

@@ -10,7 +10,7 @@ namespace udar::app {
 using petsc::OptionGroup;
 
 /// The keys of PETSc's TS that every case needs: checked and explained here, read by the TS itself.
-TimeInput read_time(MPI_Comm comm, bool unfiltered) {
+TimeInput read_time(MPI_Comm comm, bool step_needed) {
   OptionGroup group{comm, "Integration (PETSc's TS; all of its keys apply)"};
   TimeInput input;
   double rtol = 1e-8;
@@ -24,7 +24,7 @@ TimeInput read_time(MPI_Comm comm, bool unfiltered) {
   const bool step_given = group.real("-ts_dt", input.step, "s", petsc::positive(),
                                      "first step, or every step with -ts_adapt_type none; default 0.1 / wf; for "
                                      "-ts_type moreau every step, shortened to divide -output_interval and the end");
-  if (unfiltered && !step_given && !petsc::Session::help_requested()) {
+  if (step_needed && !step_given && !petsc::Session::help_requested()) {
     throw InputError{"option -ts_dt is required with -filter_frequency none: a number > 0 [s]"};
   }
   return input;
