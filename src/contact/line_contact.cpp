@@ -30,17 +30,26 @@ bool are_many(const Contacts& contacts, std::size_t under_one) {
 }
 
 /// This rank's, by support, then by node.
-std::vector<LinePoint> contact_points(const MassPoints& points, const Contacts& contacts) {
+std::vector<LinePoint> contact_points(const FilteredStructure& line, const Contacts& contacts) {
+  const MassPoints& points = line.points();
+  const FilterParameters& filter = line.parameters();
   std::vector<LinePoint> all;
   for (const ContactSet& set : contacts.sets) {
     const Support& support = contacts.supports[static_cast<std::size_t>(set.support)];
     for (std::size_t node = set.first; node < set.last; ++node) {
+      const double mass = points.mass()[node];
+      const double damping = set.damping * mass;
+      double compliance = set.carried / (support.stiffness * mass);
+      if (damping > 0.0 && !filter.filtered()) {
+        compliance = 1.0 / (set.stiffness * mass + 2.0 * damping / filter.step);
+      }
       all.push_back({.node = points.global(node),
                      .support = set.support,
                      .side = set.side,
                      .height = set.height(node),
                      .motion = set.motion,
-                     .compliance = set.carried / (support.stiffness * points.mass()[node])});
+                     .compliance = compliance,
+                     .damping = damping});
     }
   }
   return all;
@@ -48,11 +57,11 @@ std::vector<LinePoint> contact_points(const MassPoints& points, const Contacts& 
 
 /// Those of all ranks, in the order of these.
 std::vector<LinePoint> gathered(MPI_Comm comm, const Contacts& contacts, const std::vector<LinePoint>& own) {
-  enum Field : std::size_t { node, support, height, compliance, fields };
+  enum Field : std::size_t { node, support, height, compliance, damping, fields };
   std::vector<double> mine;
   for (const LinePoint& point : own) {
-    mine.insert(mine.end(),
-                {static_cast<double>(point.node), static_cast<double>(point.support), point.height, point.compliance});
+    mine.insert(mine.end(), {static_cast<double>(point.node), static_cast<double>(point.support), point.height,
+                             point.compliance, point.damping});
   }
   int size = 1;
   MPI_Comm_size(comm, &size);
@@ -71,22 +80,22 @@ std::vector<LinePoint> gathered(MPI_Comm comm, const Contacts& contacts, const s
                    .side = static_cast<double>(of.side),
                    .height = values[i + height],
                    .motion = of.motion,
-                   .compliance = values[i + compliance]});
+                   .compliance = values[i + compliance],
+                   .damping = values[i + damping]});
   }
   return all;
 }
 
 /// What supports can do to masses alone.
-void refuse_what_masses_need(const Support& support) {
+void refuse_what_masses_need(const Support& support, bool filtered) {
   const std::string where{" `contact surface` line or `filter frequency` none"};
   if (std::isfinite(support.yield_speed)) {
     throw InputError{"support yield speed: masses meet supports that yield; not allowed with" + where};
   }
-  if (support.elastic() && support.damping > 0.0) {
+  if (filtered && support.elastic() && support.damping > 0.0) {
     throw InputError{
         "support damping: a damper that holds the massless line moves by a rate of its own, which "
-        "no mass has; expected 0 with" +
-        where + " [N s/m]"};
+        "no mass has; expected 0 with `contact surface` line [N s/m]"};
   }
 }
 
@@ -94,9 +103,11 @@ void refuse_what_masses_need(const Support& support) {
 
 LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points) : line_{&line} {
   const MassPoints& points = line.points();
-  std::ranges::for_each(contacts.supports, refuse_what_masses_need);
+  for (const Support& support : contacts.supports) {
+    refuse_what_masses_need(support, line.parameters().filtered());
+  }
   const bool many = are_many(contacts, dense_points);
-  points_ = contact_points(points, contacts);
+  points_ = contact_points(line, contacts);
   if (!many) {
     points_ = gathered(points.comm(), contacts, points_);
   }

@@ -162,6 +162,10 @@ class Modal final : public ProblemIntegrator {
                          " is not allowed with `ts type` modal, expected 1: what holds the massless line has no law of "
                          "impact"};
       }
+      if (support.elastic() && support.damping > 0.0) {
+        throw InputError{"support damping: " + std::to_string(support.damping) +
+                         " is not allowed with `ts type` modal, expected 0 [N s/m]; choose moreau"};
+      }
     }
     const auto count = points_ != nullptr ? points_->points().size() : 0;
     if (count > ExactPhases::kMostPoints || (points_ != nullptr && !points_->dense())) {

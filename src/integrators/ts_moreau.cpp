@@ -72,7 +72,11 @@ class Moreau final : public ProblemIntegrator {
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
-    return {.work = stepped_ && until - begin_ >= 0.5 * length_ ? work_in_ : 0.0};
+    const bool later = stepped_ && until - begin_ >= 0.5 * length_;
+    const petsc::ReadArray end{state_};
+    return {.work = later ? work_in_ : 0.0,
+            .damped = later ? damped_ : 0.0,
+            .stored = later ? stored(end.values(), begin_ + length_) : stored(start_, begin_)};
   }
 
   void save(MotionState& /*state*/) const override {}
@@ -138,7 +142,9 @@ class Moreau final : public ProblemIntegrator {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double* of = values.data() + i * fields;
       const Face face = face_of(points[i]);
-      if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
+      if (points[i].compliance > 0.0) {
+        gaps[i] = elastic_gap(points[i], of[guess], of[velocity], of[stretch]);
+      } else if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
         const ImpactLaw law = contact_->supports()[static_cast<std::size_t>(points[i].support)].law();
         const double e = law.ratio(std::abs(of[velocity] - face.before));
         gaps[i] = points[i].side * (of[stretch] + 0.25 * step_ * (1.0 + e) * of[velocity] -
@@ -150,12 +156,41 @@ class Moreau final : public ProblemIntegrator {
     contact_nodes_->add(force_, line, {});
   }
 
+  /// Of the force r = k s + c s' that a spring with damper has by its sag s in the middle of the step, where it pushes:
+  /// with the free stretch d and the compliance p = 1 / (k + 2 c / h) it is side (d + a s0 + b s0') + p r >= 0 beside
+  /// r >= 0, with a = k p, b = c p and what the step begins with.
+  [[nodiscard]] double elastic_gap(const LinePoint& point, double guess, double velocity, double stretch) const {
+    const SupportMotion::State face = point.lift(begin_ + 0.5 * step_);
+    const double above = guess - point.height - face.height;
+    if (point.damping > 0.0 && point.side * (above + stretch) > 0.0) {
+      return std::numeric_limits<double>::infinity();  // a damper pushes nobody who is not there
+    }
+    const double b = point.damping * point.compliance;
+    const double a = 1.0 - 2.0 * b / step_;
+    return point.side * (stretch + a * above + b * (velocity - face.velocity));
+  }
+
+  /// What the springs hold when the nodes are at given places [J], this rank's share.
+  [[nodiscard]] double stored(const double* position, double time) const {
+    double sum = 0.0;
+    for (const std::size_t i : contact_nodes_ != nullptr ? contact_nodes_->mine() : std::span<const std::size_t>{}) {
+      const LinePoint& point = contact_nodes_->points()[i];
+      if (point.compliance > 0.0) {
+        const double gap = point.side * (position[contact_nodes_->local(i)] - point.height - point.lift(time).height);
+        const double sag = std::max(-gap, 0.0);
+        sum += 0.5 * (1.0 / point.compliance - 2.0 * point.damping / step_) * sag * sag;
+      }
+    }
+    return sum;
+  }
+
   [[nodiscard]] double mean_velocity(std::size_t node) const {
     return start_[count_ + node] + 2.0 / step_ * stretch_[node];
   }
 
   void write_journal() {
     work_in_ = 0.0;
+    damped_ = 0.0;
     if (contact_nodes_ == nullptr) {
       return;
     }
@@ -166,7 +201,14 @@ class Moreau final : public ProblemIntegrator {
       const std::size_t node = contact_nodes_->local(i);
       const double lift = point.lift(begin_ + length_).height;
       contact_->record_gap(point.side * (end.values()[node] - point.height - lift), node, begin_ + length_);
-      if (force_[i] > 0.0) {
+      if (force_[i] > 0.0 && point.compliance > 0.0) {
+        const double impulse = point.side * force_[i] * step_;
+        const double speed = point.lift(begin_ + 0.5 * step_).velocity;
+        work_in_ += impulse * speed;
+        damped_ += point.damping * std::pow(mean_velocity(node) - speed, 2) * step_;
+        journal.record_force(point.support, impulse, {begin_, begin_ + step_});
+        journal.record_contact_time(node, {begin_, begin_ + step_});
+      } else if (force_[i] > 0.0) {
         const Face face = face_of(point);
         const double middle = begin_ + 0.5 * step_;
         const double impulse = point.side * force_[i] * step_;
@@ -188,7 +230,7 @@ class Moreau final : public ProblemIntegrator {
         }
       }
     }
-    journal.record_flow({.work = work_in_});
+    journal.record_flow({.work = work_in_, .damped = damped_});
     if (in_contact_) {
       journal.record_line_contact({begin_, begin_ + length_});
     }
@@ -202,6 +244,7 @@ class Moreau final : public ProblemIntegrator {
   std::vector<double> force_;    // by contact point [N]
   bool in_contact_ = false;      // any of them on any rank
   double work_in_ = 0.0;         // by supports that move, in the middle of the step [J]
+  double damped_ = 0.0;          // by dampers in supports, in the step [J]
   std::vector<double> work_;
 };
 

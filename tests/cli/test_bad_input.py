@@ -162,9 +162,9 @@ REFUSED = {
         {"support_stiffness": 1e6, "support_damping": 10, "contact_surface": "line"},
         ["-support_damping", "massless line", "expected 0", "-contact_surface line", "[N s/m]"],
     ),
-    "spring_under_the_unfiltered_beam": (
-        {"support_stiffness": 1e6, "filter_frequency": "none", "ts_dt": 1e-3},
-        ["-support_stiffness", "moreau", "-filter_frequency none", "expected modal"],
+    "damper_by_modal": (
+        {"support_stiffness": 1e6, "support_damping": 10, "ts_type": "modal", "filter_frequency": None},
+        ["-support_damping", "-ts_type modal", "expected 0", "moreau"],
     ),
     "yield_speed_under_the_line": (
         {"support_yield_speed": 0.5, "contact_surface": "line"},

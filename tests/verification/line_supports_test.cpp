@@ -228,6 +228,81 @@ TEST_P(LineSupports, AFlatFallOnASpringBouncesOnTwoSpringsInSeries) {
   }
 }
 
+/// A beam that presses flat on a table of spring k and damper c from the start: m y'' = -k y - c y' - m g as long as
+/// the table pushes. The middle of a step keeps the energy of springs, whatever the step, and is of second order.
+TEST(MoreauOnSprings, AFlatBeamOnASpringWithDamperIsAnOscillator) {
+  const BeamParameters beam = test::steel_beam(6);
+  const double mass = beam.segments[0].mass_per_length * beam.segments[0].length;
+  constexpr double kEnd = 0.02;
+  constexpr double kSpeed = -1.0;
+  const double w = 100.0;
+  for (const double ratio : {0.0, 0.1, 0.5}) {
+    const double decay = ratio * w;
+    const double swing = w * std::sqrt(1.0 - ratio * ratio);
+    const double sag = test::kGravity / (w * w);
+    const double exact = -sag + std::exp(-decay * kEnd) * (sag * std::cos(swing * kEnd) +
+                                                           (kSpeed + decay * sag) / swing * std::sin(swing * kEnd));
+    double before = 0.0;
+    for (const double step : {1e-3, 5e-4, 2.5e-4}) {
+      const test::Option end{"-ts_max_time", "0.02"};
+      Support support = table(w * w * mass);
+      support.damping = 2.0 * decay * mass;
+      test::Fall fall{{.beam = beam,
+                       .filter = test::unfiltered(step),
+                       .gravity = test::kGravity,
+                       .initial = {.height = 0.0, .velocity = kSpeed},
+                       .supports = {support}}};
+      test::Recorder record{2e-3};
+      fall.dynamics.add_observer(record);
+      fall.dynamics.solve();
+      double damped = 0.0;
+      for (const EnergyLedger& energy : record.energies) {
+        EXPECT_NEAR(energy.drift(), 0.0, 1e-12);
+        EXPECT_GE(energy.lost_in_dampers, damped);
+        damped = energy.lost_in_dampers;
+      }
+      EXPECT_EQ(damped > 0.0, ratio > 0.0);
+      const double error = std::abs(record.positions.back().front() - exact);
+      if (before > 0.0) {
+        EXPECT_NEAR(std::log2(before / error), 2.0, 0.05) << ratio;
+      }
+      before = error;
+    }
+    EXPECT_LT(before, 2e-6);
+  }
+}
+
+/// From above it touches and leaves within a step each: the rebound is exact to the first order.
+TEST(MoreauOnSprings, AFlatBeamReboundsFromASpring) {
+  const BeamParameters beam = test::steel_beam(6);
+  const double mass = beam.segments[0].mass_per_length * beam.segments[0].length;
+  const double w = 100.0;
+  const test::Option end{"-ts_max_time", "0.1"};
+  double before = 0.0;
+  for (const double step : {4e-4, 1e-4, 2.5e-5}) {
+    test::Fall fall{{.beam = beam,
+                     .filter = test::unfiltered(step),
+                     .gravity = test::kGravity,
+                     .initial = {.height = 0.01, .velocity = -1.0},
+                     .supports = {table(w * w * mass)}}};
+    test::Recorder record{1e-3};
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+    const double speed = std::hypot(1.0, std::sqrt(2.0 * test::kGravity * 0.01));
+    const double touch = (speed - 1.0) / test::kGravity;
+    const double sag = test::kGravity / (w * w);
+    const double leave = touch + 2.0 * (std::numbers::pi - std::atan(speed / (w * sag))) / w;
+    const double since = 0.1 - leave;
+    ASSERT_GT(since, 0.0);
+    const double exact = speed * since - 0.5 * test::kGravity * since * since;
+    const double error = std::abs(record.positions.back().front() - exact);
+    EXPECT_LT(error, 0.06 * step / 1e-4 * 1e-3);
+    EXPECT_LT(std::abs(record.energies.back().drift()), 3e-3 * step / 1e-4);
+    before = error;
+  }
+  EXPECT_GT(before, 0.0);
+}
+
 /// What the supports may do in a fall that is compared between ways to compute it.
 std::vector<Support> moving_and_giving() {
   Support moving{.position = 2.0};

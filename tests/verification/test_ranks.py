@@ -52,6 +52,8 @@ CASES = {
         "ts_dt": 2e-4,
         "support_motion": f"{MOTION},none",
         "support_width": "0,1",
+        "support_stiffness": "inf,2e6",
+        "support_damping": "0,1e3",
         "integrators": ("moreau",),
     },
     # Steps may be cut elsewhere where the last digits of forces decide who touches: right to the integrator's error.

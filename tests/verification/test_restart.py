@@ -54,6 +54,7 @@ def add_test(name, steps, changes):
 
 # Steps after which some mass has hit or rests, and before the end.
 UNFILTERED = {"filter_frequency": "none", "ts_dt": 5e-4, "contact_restitution": 0.5}
+DAMPED_SPRINGS = {"contact_restitution": 1, "support_stiffness": 2e6, "support_damping": 1e3}
 STOPS = {1: {"rk": 60, "chebyshev": 5, "impact": 40}, 2: {"rk": 150, "chebyshev": 8, "impact": 60}}[RANKS]
 for name, changes in {
     "elastic": {"contact_restitution": 1},
@@ -74,6 +75,7 @@ for integrator, steps, changes, name in (
     ("impact", 60, LINE_CONTACT, "line_contact"),
     ("moreau", 950, UNFILTERED, "unfiltered"),
     ("moreau", 950, {**UNFILTERED, "support_motion": MOTION}, "unfiltered_on_moving_supports"),
+    ("moreau", 950, {**UNFILTERED, **DAMPED_SPRINGS}, "unfiltered_on_springs"),
     ("rk", 150, MOVING_LINE, "moving_and_giving_line"),
     ("impact", 40, MOVING_LINE, "moving_and_giving_line"),
     ("rk", 150, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),

@@ -21,7 +21,9 @@ struct LinePoint {
   double side = 1.0;                                      ///< +1 support below, -1 above: gap = side (y - height)
   double height = 0.0;                                    ///< of its face, without its motion and without a force [m]
   std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
-  double compliance = 0.0;                                ///< of its spring, by which the face gives way [m/N]
+  double compliance = 0.0;                                ///< by which the face gives way [m/N]: 1 / k of its spring,
+                                                          ///< without filter 1 / (k + 2 c / step)
+  double damping = 0.0;                                   ///< c of the damper beside it [N s/m]
 
   /// What its motion adds just after a time [s].
   [[nodiscard]] SupportMotion::State lift(double time) const {

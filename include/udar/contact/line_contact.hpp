@@ -17,7 +17,8 @@ namespace udar {
 
 /// @brief The line held off its supports: Yc = argmin 1/2 Yc'(wf^2 M + C)Yc - (wf^2 M Ym + F)'Yc with Yc >= support at
 /// every node that a support touches; the multipliers are the contact forces. Supports may move, and give way by the
-/// force over their stiffness; a damper beside that spring counts for nothing.
+/// force over their stiffness. Without filter the force is that of the middle of a step, and a damper beside the spring
+/// counts, too: it moves by a rate that the masses have.
 ///
 /// With few contact points (`dense`) the compliance of the line between them is computed once, by a line solve for
 /// each; what then remains is a complementarity problem of their number, solved alike on every rank. With many every

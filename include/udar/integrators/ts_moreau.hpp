@@ -17,7 +17,8 @@ inline constexpr const char* kTsMoreau = "moreau";
 /// @brief Registers `-ts_type moreau`. May be called again. @note Not collective.
 ///
 /// The Moreau-Jean scheme with theta = 1/2 on M y'' + C y = F: the impact law holds between the velocities at both ends
-/// of a step, at all nodes that a support reaches in it together. Its matrix M + h^2/4 C is that of a line on filter
+/// of a step, at all nodes that a support reaches in it together; a support that gives way pushes by the force of its
+/// spring and damper in the middle of the step. Its matrix M + h^2/4 C is that of a line on filter
 /// springs of 2/h: it needs a `FilteredStructure` made so (`FilterParameters::filtered`), and that is the step's
 /// length; there is no error control. Needs a problem: `compose_problem`. Source: docs/theory.md, "The unfiltered
 /// beam"; Jean, Comput. Methods Appl. Mech. Engrg 177 (1999) 235.
@@ -26,10 +27,10 @@ inline constexpr const char* kTsMoreau = "moreau";
 /// The default for the unfiltered beam.
 inline constexpr IntegratorType kMoreauType{
     .name = kTsMoreau,
-    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports},
+    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports, Feature::elastic_supports},
     .knows =
         "it holds the undamped, unfiltered beam (`filter frequency` none) off rigid supports, by Newton's law of "
-        "velocities",
+        "velocities, and off springs with dampers",
     .enroll = register_ts_moreau,
     .default_up_to = std::numeric_limits<std::int64_t>::max()};
 
