@@ -173,7 +173,10 @@ class Moreau final : public ProblemIntegrator {
   /// What the springs hold when the nodes are at given places [J], this rank's share.
   [[nodiscard]] double stored(const double* position, double time) const {
     double sum = 0.0;
-    for (const std::size_t i : contact_nodes_ != nullptr ? contact_nodes_->mine() : std::span<const std::size_t>{}) {
+    if (contact_nodes_ == nullptr) {
+      return sum;
+    }
+    for (const std::size_t i : contact_nodes_->mine()) {
       const LinePoint& point = contact_nodes_->points()[i];
       if (point.compliance > 0.0) {
         const double gap = point.side * (position[contact_nodes_->local(i)] - point.height - point.lift(time).height);
