@@ -24,7 +24,7 @@ class PhaseMotion {
   /// @return when, or `until` @note Each evaluation advances all rows together.
   [[nodiscard]] double last(double until);
   /// Whether the row of a point is zero at the end that `last` found, but for rounding.
-  [[nodiscard]] bool is_zero(std::size_t point) const { return value_[point] <= kTogether * size_[point]; }
+  [[nodiscard]] bool is_zero(std::size_t point) const { return value_[point] <= kZeroShare * size_[point]; }
   /// How often all rows were evaluated.
   [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_; }
 
@@ -35,7 +35,7 @@ class PhaseMotion {
 
  private:
   // Zeros that differ by less of the row's size are one (measured: mirror images differ by up to 1e-13).
-  static constexpr double kTogether = 1e-12;
+  static constexpr double kZeroShare = 1e-12;
 
   void bound_curvature(double length);
   void evaluate(double elapsed);
