@@ -141,10 +141,12 @@ class Moreau final : public ProblemIntegrator {
     std::vector<double> gaps(points.size(), std::numeric_limits<double>::infinity());
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double* of = values.data() + i * fields;
-      const Face face = face_of(points[i]);
       if (points[i].compliance > 0.0) {
         gaps[i] = elastic_gap(points[i], of[guess], of[velocity], of[stretch]);
-      } else if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
+        continue;
+      }
+      const Face face = face_of(points[i]);
+      if (points[i].side * (of[guess] - points[i].height - face.height - 0.5 * step_ * face.before) <= 0.0) {
         const ImpactLaw law = contact_->supports()[static_cast<std::size_t>(points[i].support)].law();
         const double e = law.ratio(std::abs(of[velocity] - face.before));
         gaps[i] = points[i].side * (of[stretch] + 0.25 * step_ * (1.0 + e) * of[velocity] -

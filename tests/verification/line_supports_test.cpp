@@ -278,7 +278,6 @@ TEST(MoreauOnSprings, AFlatBeamReboundsFromASpring) {
   const double mass = beam.segments[0].mass_per_length * beam.segments[0].length;
   const double w = 100.0;
   const test::Option end{"-ts_max_time", "0.1"};
-  double before = 0.0;
   for (const double step : {4e-4, 1e-4, 2.5e-5}) {
     test::Fall fall{{.beam = beam,
                      .filter = test::unfiltered(step),
@@ -296,11 +295,9 @@ TEST(MoreauOnSprings, AFlatBeamReboundsFromASpring) {
     ASSERT_GT(since, 0.0);
     const double exact = speed * since - 0.5 * test::kGravity * since * since;
     const double error = std::abs(record.positions.back().front() - exact);
-    EXPECT_LT(error, 0.06 * step / 1e-4 * 1e-3);
-    EXPECT_LT(std::abs(record.energies.back().drift()), 3e-3 * step / 1e-4);
-    before = error;
+    EXPECT_LT(error, 0.6 * step);
+    EXPECT_LT(std::abs(record.energies.back().drift()), 30.0 * step);
   }
-  EXPECT_GT(before, 0.0);
 }
 
 /// What the supports may do in a fall that is compared between ways to compute it.
