@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <exception>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "io/file_checksum.hpp"
@@ -86,6 +87,11 @@ int reserve_space(int descriptor, std::uint64_t begin, std::uint64_t bytes) {
   const bool full =
       fstatvfs(descriptor, &disk) == 0 && static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize < bytes;
   return full ? ENOSPC : 0;
+}
+
+std::uint64_t size_of(int descriptor) {
+  struct stat status{};
+  return fstat(descriptor, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
 }
 
 /// Returns when all ranks take part in `request`; ends the program if they do not.
@@ -273,10 +279,18 @@ void Hdf5File::require_usable() const {
 
 void Hdf5File::flush() {
   require_usable();
+  const std::uint64_t before = rank_ == 0 ? size_of(descriptor_) : 0;
+  // HDF5 writes where the file ends before it sets its size: readers refuse what a kill leaves between the two. So the
+  // file first grows beyond any end it may get, here of empty space, and HDF5 cuts it where it ends.
+  const std::uint64_t grown = std::max(before, flushed_end_ + pending_ + kMetadataBytes + 1);
+  const bool grows = rank_ == 0 && pending_ > 0 && ftruncate(descriptor_, static_cast<off_t>(grown)) == 0;
+  MPI_Barrier(comm_);
   agree(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
-  struct stat status{};
-  if (rank_ == 0 && fstat(descriptor_, &status) == 0) {
-    const auto end = static_cast<std::uint64_t>(status.st_size);
+  if (rank_ == 0) {
+    if (grows && size_of(descriptor_) == grown) {  // HDF5 cuts where its end has moved only
+      std::ignore = ftruncate(descriptor_, static_cast<off_t>(before));
+    }
+    const std::uint64_t end = size_of(descriptor_);
     assert(end <= flushed_end_ + pending_ + kMetadataBytes);  // else too little was reserved
     flushed_end_ = std::max(flushed_end_, end);
   }

@@ -797,6 +797,26 @@ class Interrupted(UdarTest):
                 for impacts in (parts[0][-1], read_csv(killed / "impacts.csv")["time"]):
                     self.assertEqual(np.count_nonzero(impacts <= reached["time"]), reached["impacts"])
 
+    def test_kill_within_a_flush(self):
+        """Readers refuse a file that is shorter than HDF5 has already written that it is."""
+        rows = 0.0005
+        often = {"output_interval": rows, "output_field_interval": 0.002, "restart_interval": 0.004}
+        contact = {"initial_height": 0.05, "contact_restitution": 0.7, "ts_type": "impact", "gauge_position": 5}
+        for ranks, resizes in ((0, range(6, 13)), (2, range(6, 9))):
+            for resize in resizes:
+                with self.subTest(ranks=ranks, resize=resize):
+                    shutil.rmtree(self.scratch / "run", ignore_errors=True)
+                    options = case(ts_max_time=0.4, output_directory=self.scratch / "run", **often, **contact)
+                    preload = {"LD_PRELOAD": os.environ["UDAR_KILL_AT_RESIZE"], "KILL_AT_RESIZE": str(resize)}
+                    run(options, ranks, environment=preload)
+                    self.assertFalse((self.scratch / "run" / "summary.json").exists(), "the run is to be killed")
+                    with h5py.File(self.scratch / "run" / "restart.h5") as file:
+                        reached = file["scalars"].attrs["time"]
+                    with h5py.File(self.scratch / "run" / "results.h5") as file:
+                        for times in (file["energy"]["time"], file["contact"]["time"]):
+                            np.testing.assert_allclose(times, rows * np.arange(len(times)), rtol=1e-12, atol=0)
+                            self.assertGreater(times[-1], reached - rows * (1 + 1e-9))
+
     def test_shortest_restart_interval(self):
         """Intervals are counted: adding 1e-12 s up to the next step would never end."""
         for interval in (1e-12, 1e-300):
