@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: long
+# ranks: 1; size: long
 """Every mistake ends the run with one line that says what is wrong, on any number of ranks, and harms no file."""
 
 import concurrent.futures

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: medium
+# ranks: 1; size: medium
 """Imported matrices through the program: a beam's own, a solid bar's, bad ones."""
 
 import pathlib

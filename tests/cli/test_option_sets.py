@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# size: long
+# ranks: 1; size: long
 """Every file in petsc-options runs and agrees with the default; docs/options.md is what -help says."""
 
 import subprocess
