@@ -91,6 +91,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.gravity = input.start.gravity;
   settled.loads = input.start.loads;
   settled.damping = input.start.damping;
+  settled.damping_ratio = input.start.damping_ratio;
   settled.initial = input.start.initial;
   settled.supports = input.contact.supports;
   settled.contact = input.contact.contact;

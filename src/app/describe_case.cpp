@@ -17,6 +17,7 @@ Description describe(const Case& input, const Structure& structure) {
   all.add("gravity [m/s^2]", input.gravity);
   udar::describe(all, input.initial);
   udar::describe(all, input.damping);
+  all.add("damping ratio", input.damping_ratio);
   udar::describe(all, input.contact);
   udar::describe(all, std::span{input.supports});
   udar::describe(all, std::span{input.loads});

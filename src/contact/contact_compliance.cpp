@@ -58,7 +58,7 @@ ContactCompliance::ContactCompliance(FilteredStructure& line, std::span<const Li
   MPI_Allreduce(MPI_IN_PLACE, &moved_together_, 1, MPI_DOUBLE, MPI_MAX, comm());
   force_unit_ = sums[1] / sums[0];
   for (const LinePoint& point : points) {
-    yield_.push_back(point.compliance * force_unit_);
+    yield_.push_back(point.yield(line.parameters()) * force_unit_);
   }
 }
 

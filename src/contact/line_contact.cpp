@@ -29,60 +29,26 @@ bool are_many(const Contacts& contacts, std::size_t under_one) {
   return all > kDenseInAll || widest > under_one;
 }
 
-/// This rank's, by support, then by node.
-std::vector<LinePoint> contact_points(const FilteredStructure& line, const Contacts& contacts) {
-  const MassPoints& points = line.points();
-  const FilterParameters& filter = line.parameters();
+/// Neighbours on the line are neighbours in the matrix.
+void sort_by_node(std::vector<LinePoint>& points) { std::ranges::stable_sort(points, {}, &LinePoint::node); }
+
+/// This rank's.
+std::vector<LinePoint> own_points(const MassPoints& points, const Contacts& contacts) {
   std::vector<LinePoint> all;
   for (const ContactSet& set : contacts.sets) {
     const Support& support = contacts.supports[static_cast<std::size_t>(set.support)];
     for (std::size_t node = set.first; node < set.last; ++node) {
       const double mass = points.mass()[node];
-      const double damping = set.damping * mass;
-      double compliance = set.carried / (support.stiffness * mass);
-      if (damping > 0.0 && !filter.filtered()) {
-        compliance = 1.0 / (set.stiffness * mass + 2.0 * damping / filter.step);
-      }
       all.push_back({.node = points.global(node),
                      .support = set.support,
                      .side = set.side,
                      .height = set.height(node),
                      .motion = set.motion,
-                     .compliance = compliance,
-                     .damping = damping});
+                     .compliance = set.carried / (support.stiffness * mass),
+                     .damping = set.damping * mass});
     }
   }
-  return all;
-}
-
-/// Those of all ranks, in the order of these.
-std::vector<LinePoint> gathered(MPI_Comm comm, const Contacts& contacts, const std::vector<LinePoint>& own) {
-  enum Field : std::size_t { node, support, height, compliance, damping, fields };
-  std::vector<double> mine;
-  for (const LinePoint& point : own) {
-    mine.insert(mine.end(), {static_cast<double>(point.node), static_cast<double>(point.support), point.height,
-                             point.compliance, point.damping});
-  }
-  int size = 1;
-  MPI_Comm_size(comm, &size);
-  const auto count = static_cast<int>(mine.size());
-  std::vector<int> counts(static_cast<std::size_t>(size));
-  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
-  std::vector<int> starts(counts.size(), 0);
-  std::partial_sum(counts.begin(), counts.end() - 1, starts.begin() + 1);
-  std::vector<double> values(static_cast<std::size_t>(starts.back() + counts.back()));
-  MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, values.data(), counts.data(), starts.data(), MPI_DOUBLE, comm);
-  std::vector<LinePoint> all;
-  for (std::size_t i = 0; i < values.size(); i += fields) {
-    const Support& of = contacts.supports[static_cast<std::size_t>(values[i + support])];
-    all.push_back({.node = static_cast<PetscInt>(values[i + node]),
-                   .support = static_cast<PetscInt>(values[i + support]),
-                   .side = static_cast<double>(of.side),
-                   .height = values[i + height],
-                   .motion = of.motion,
-                   .compliance = values[i + compliance],
-                   .damping = values[i + damping]});
-  }
+  sort_by_node(all);
   return all;
 }
 
@@ -101,17 +67,45 @@ void refuse_what_masses_need(const Support& support, bool filtered) {
 
 }  // namespace
 
+std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& contacts) {
+  const MPI_Comm comm = points.comm();
+  enum Column : std::size_t { node, support, height, compliance, damping, columns };
+  std::vector<double> mine;
+  for (const LinePoint& point : own_points(points, contacts)) {
+    mine.insert(mine.end(), {static_cast<double>(point.node), static_cast<double>(point.support), point.height,
+                             point.compliance, point.damping});
+  }
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  const auto count = static_cast<int>(mine.size());
+  std::vector<int> counts(static_cast<std::size_t>(size));
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  std::vector<int> starts(counts.size(), 0);
+  std::partial_sum(counts.begin(), counts.end() - 1, starts.begin() + 1);
+  std::vector<double> values(static_cast<std::size_t>(starts.back() + counts.back()));
+  MPI_Allgatherv(mine.data(), count, MPI_DOUBLE, values.data(), counts.data(), starts.data(), MPI_DOUBLE, comm);
+  std::vector<LinePoint> all;
+  for (std::size_t i = 0; i < values.size(); i += columns) {
+    const Support& of = contacts.supports[static_cast<std::size_t>(values[i + support])];
+    all.push_back({.node = static_cast<PetscInt>(values[i + node]),
+                   .support = static_cast<PetscInt>(values[i + support]),
+                   .side = static_cast<double>(of.side),
+                   .height = values[i + height],
+                   .motion = of.motion,
+                   .compliance = values[i + compliance],
+                   .damping = values[i + damping]});
+  }
+  sort_by_node(all);
+  return all;
+}
+
 LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points) : line_{&line} {
   const MassPoints& points = line.points();
   for (const Support& support : contacts.supports) {
     refuse_what_masses_need(support, line.parameters().filtered());
   }
   const bool many = are_many(contacts, dense_points);
-  points_ = contact_points(line, contacts);
-  if (!many) {
-    points_ = gathered(points.comm(), contacts, points_);
-  }
-  std::ranges::stable_sort(points_, {}, &LinePoint::node);  // neighbours on the line are neighbours in the matrix
+  points_ = many ? own_points(points, contacts) : line_points(points, contacts);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points.owns(points_[i].node)) {
       mine_.push_back(i);
@@ -159,7 +153,7 @@ void LineContact::compute_compliance() {
       compliance[i * count + j] = mean;
       compliance[j * count + i] = mean;
     }
-    compliance[i * count + i] += points_[i].compliance;
+    compliance[i * count + i] += points_[i].yield(line_->parameters());
   }
   problem_.emplace(std::move(compliance), count);
 }

@@ -51,6 +51,7 @@ void save_contact(const ContactState& contact, std::size_t nodes, MotionState& s
                         {"lost_in_impacts", counts.lost},
                         {"support_work", counts.work},
                         {"lost_in_dampers", counts.damped},
+                        {"radiated", counts.radiated},
                         {"line_gap", gap.gap},
                         {"line_gap_x", gap.x},
                         {"line_gap_time", gap.time}});
@@ -74,6 +75,7 @@ void restore_contact(const MotionState& state, std::size_t nodes, ContactState& 
   counts.lost = state.scalar("lost_in_impacts");
   counts.work = state.scalar("support_work");
   counts.damped = state.scalar("lost_in_dampers");
+  counts.radiated = state.scalar("radiated");
   ContactTotals totals{
       .counts = counts,
       .impulses = impulses->second,
@@ -89,6 +91,7 @@ ImpactDynamics::ImpactDynamics(Model& model)
     : model_{&model},
       problem_{.equations = &model.equations,
                .contact = &contact_,
+               .contacts = &model.contacts,
                .scale = motion_scale(model.equations, model.initial, model.contacts.sets, asked_end_time())},
       contact_{model.structure->points(), model.contacts, with_defaults(model.contact, problem_.scale)},
       kinks_{model.loads, model.contacts.supports},
@@ -128,10 +131,13 @@ PetscErrorCode ImpactDynamics::post_step_callback(TS stepper) {
 /// Loads that jump at the end of a step. @param begin since when they were as before
 void ImpactDynamics::jump_loads(double begin) {
   LineState line;
-  {
+  const auto energy = [&](const Instant& at) {
     const ReadArray state{state_};
-    balance_.jump({time_, begin}, {state.values(), count()}, {state.values() + count(), count()}, line);
-  }
+    return balance_.energy(at, {state.values(), count()}, {state.values() + count(), count()}, line);
+  };
+  const double before = energy({time_, begin});
+  const double gained = stepping_.integrator->follow_loads();
+  balance_.end_step(energy(time_) - before + gained);
   const double wf = model_->line.filter_frequency();
   contact_.release_pulled(time_, wf * wf, line.stretch);
   contact_.commit(time_, {});

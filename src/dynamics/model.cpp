@@ -47,6 +47,7 @@ Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::functi
       initial{checked(structure->points(), parameters.initial)},
       contacts{find_contacts(structure->points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},
-      equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, contacts, contact)} {}
+      equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, contacts, contact),
+                parameters.damping_ratio} {}
 
 }  // namespace udar

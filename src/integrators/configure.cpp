@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 7> kFeatureNames{{
+constexpr std::array<FeatureName, 8> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -39,6 +39,7 @@ constexpr std::array<FeatureName, 7> kFeatureNames{{
     {Feature::elastic_supports, "support stiffness", "supports that give way (`support stiffness`)", "inf [N/m]"},
     {Feature::mass_damping, "damping mass", "damping of the masses (`damping mass`)", "0 [1/s]"},
     {Feature::stiffness_damping, "damping stiffness", "damping of the line (`damping stiffness`)", "0 [s]"},
+    {Feature::modal_damping, "damping ratio", "damping of each mode (`damping ratio`)", "none"},
 }};
 
 /// "a, b or c".
@@ -183,6 +184,7 @@ Features needed_features(const ImpactProblem& problem) {
   needed.add(Feature::line_contact, equations.line_contact() != nullptr);
   needed.add(Feature::mass_damping, equations.damping().mass != 0.0);
   needed.add(Feature::stiffness_damping, equations.damping().stiffness != 0.0);
+  needed.add(Feature::modal_damping, !equations.damping_ratio().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::elastic_supports, support.elastic());

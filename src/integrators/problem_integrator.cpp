@@ -45,6 +45,7 @@ void ProblemIntegrator::set_up(TS stepper) {
   ts_ = stepper;
   equations_ = problem->equations;
   contact_ = problem->contact;
+  contacts_ = problem->contacts;
   scale_ = problem->scale;
   wf_ = equations_->line().filter_frequency();
   highest_ = equations_->line().frequency_bound();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "udar/contact/line_contact.hpp"
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/modal/exact_phases.hpp"
+#include "udar/modal/kernel_steps.hpp"
 #include "udar/modal/modal_model.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
@@ -22,11 +24,30 @@
 namespace udar {
 namespace {
 
+// The retardation of the rest over rigid supports, where the waves of a touch run on for ever (docs/theory.md).
+constexpr double kRadiating = 0.07;
+
 class Modal final : public ProblemIntegrator {
  public:
   [[nodiscard]] Features can() const override { return kModalType.can; }
 
-  void set_from_options(TS /*stepper*/, PetscOptionItems* PetscOptionsObject) override {
+  void set_from_options(TS stepper, PetscOptionItems* PetscOptionsObject) override {
+    constexpr double kTolerance = 1e-4;  // of the energy (docs/theory.md)
+    set_default_tolerance(stepper, kTolerance);
+    PetscReal retardation = kRadiating;
+    PetscBool given = PETSC_FALSE;
+    UDAR_CALL(PetscOptionsReal("-modal_retardation",
+                               "alpha: what is left out follows forces by alpha / w_k late, and so takes the energy "
+                               "that the beam radiates into it; 0: at once; default only where a support is rigid",
+                               "TSMODAL", retardation, &retardation, &given));
+    constexpr double kMostRetardation = 1.0;
+    if (!(retardation >= 0.0 && retardation <= kMostRetardation)) {
+      throw InputError{"modal retardation: " + std::to_string(retardation) +
+                       " is not allowed, expected a number from 0 to 1"};
+    }
+    if (given == PETSC_TRUE) {
+      retardation_ = retardation;
+    }
     std::array<char, 32> word{"auto"};
     UDAR_CALL(PetscOptionsString("-modal_modes",
                                  "so many of the lowest modes move exactly, rigid motions included, all others follow "
@@ -50,28 +71,31 @@ class Modal final : public ProblemIntegrator {
   void start(const LineState& /*line*/) override {
     ProblemIntegrator::begin_step();
     const petsc::ReadArray state{state_};
-    phases_->start(model_->project(begin_, {state.values(), count_}, {state.values() + count_, count_}),
+    motion_->start(model_->project(begin_, {state.values(), count_}, {state.values() + count_, count_}),
                    model_->drive());
-    entered_ = phases_->entered();
   }
 
   void begin_step() override {
     ProblemIntegrator::begin_step();
-    entered_ = phases_->entered();
-    impulse_.assign(impulse_.size(), 0.0);
+    if (begin_ >= next_kink_ - time_resolution(begin_) && !equations_->loads().jumps_at(begin_)) {
+      turn(false);
+    }
+  }
+
+  double follow_loads() override {
+    const double before = stored(motion_->now());
+    turn(true);
+    const petsc::WriteArray written{state_};
+    model_->expand(motion_->now(), {written.values(), count_}, {written.values() + count_, count_});
+    return equations_->points().owns(0) ? stored(motion_->now()) - before : 0.0;
   }
 
   bool advance() override {
     const double step = enter_step(std::numeric_limits<double>::infinity());
-    const std::vector<std::uint8_t> touched = phases_->now().touches;
-    motion_.emplace(phases_->phase());
-    touches_ = touched;
-    const double end = phases_->advance(begin_ + step);
-    impulse_.assign(impulse_.size(), 0.0);
-    motion_->add_impulses(begin_, end, impulse_);
+    const double end = motion_->advance(begin_ + step);
     {
       const petsc::WriteArray written{state_};
-      model_->expand(phases_->now(), {written.values(), count_}, {written.values() + count_, count_});
+      model_->expand(motion_->at(end), {written.values(), count_}, {written.values() + count_, count_});
     }
     leave_step(end - begin_, std::numeric_limits<double>::max());
     write_journal(end);
@@ -90,60 +114,63 @@ class Modal final : public ProblemIntegrator {
 
   [[nodiscard]] double next_step() const override { return std::numeric_limits<double>::max(); }
 
-  [[nodiscard]] double line_integral(std::size_t /*node*/, double /*until*/) const override { return 0.0; }
+  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+    const ModalFlow flow = motion_->flow(until);
+    return model_->passed(node, begin_, until, flow.amplitude, flow.rest_force);
+  }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
-    const ModalState state = state_at(until);
-    EnergyFlow flow;
-    for (std::size_t i = 0; points_ != nullptr && points_->on_first_rank() && i < state.give.size(); ++i) {
-      flow.stored += 0.5 * state.give[i] * state.force[i];
+    if (!equations_->points().owns(0)) {
+      return {};
     }
-    return flow;
+    const ModalFlow passed = stepped_ ? motion_->flow(until) : ModalFlow{0, 0};
+    return {.work = passed.support_work,
+            .damped = passed.in_supports + passed.in_modes,
+            .radiated = passed.radiated,
+            .stored = stored(state_at(until))};
   }
 
   [[nodiscard]] bool add_impulses(double until, std::span<double> sums) const override {
-    if (stepped_ && points_ != nullptr && points_->on_first_rank()) {
-      std::vector<double> of_points(model_->reduced().points());
-      motion_->add_impulses(begin_, until, of_points);
-      for (std::size_t i = 0; i < of_points.size(); ++i) {
-        const LinePoint& point = points_->points()[i];
-        sums[static_cast<std::size_t>(point.support)] += point.side * of_points[i];
+    if (stepped_ && equations_->points().owns(0)) {
+      const ModalFlow passed = motion_->flow(until);
+      for (std::size_t i = 0; i < points_.size(); ++i) {
+        sums[static_cast<std::size_t>(points_[i].support)] += points_[i].side * passed.impulse[i];
       }
     }
     return true;
   }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
-    return {{"contact_changes", static_cast<PetscInt>(phases_ ? phases_->changes() : 0)},
+    return {{exact_ ? "contact_changes" : "modal_steps", static_cast<PetscInt>(motion_ ? motion_->count() : 0)},
             {"setup_line_solves", static_cast<PetscInt>(model_ ? model_->solves() : 0)},
             {"modes", static_cast<PetscInt>(model_ ? model_->reduced().modes() : 0)}};
   }
 
   void save(MotionState& state) const override {
-    const ModalState& entered = phases_->entered();
-    state.scalars["modal_phase_begin"] = entered.time;
-    state.tables["modal_amplitude"] = entered.amplitude;
-    state.tables["modal_velocity"] = entered.velocity;
-    state.tables["modal_touches"].assign(entered.touches.begin(), entered.touches.end());
+    const ModalMemory memory = motion_->memory();
+    state.scalars["modal_begin"] = memory.entered.time;
+    state.scalars["modal_level"] = memory.level;
+    state.scalars["modal_largest_energy"] = memory.largest_energy;
+    each_table(memory.entered, [&state](const char* name, const auto& values) {
+      state.tables[name].assign(values.begin(), values.end());
+    });
   }
 
   void restore(const MotionState& state) override {
     ProblemIntegrator::begin_step();
-    ModalState entered{model_->reduced().modes(), model_->reduced().points()};
-    entered.time = state.scalar("modal_phase_begin");
-    const auto table = [&state](const char* name, std::size_t size) -> const std::vector<double>& {
+    ModalMemory memory{.entered = {model_->reduced().modes(), model_->reduced().points()},
+                       .level = state.scalar("modal_level"),
+                       .largest_energy = state.scalar("modal_largest_energy")};
+    memory.entered.time = state.scalar("modal_begin");
+    each_table(memory.entered, [&state](const char* name, auto& values) {
       const auto found = state.tables.find(name);
-      if (found == state.tables.end() || found->second.size() != size) {
+      if (found == state.tables.end() || found->second.size() != values.size()) {
         throw InputError{"restart file: it was written with another number of modes or contact points"};
       }
-      return found->second;
-    };
-    entered.amplitude = table("modal_amplitude", entered.amplitude.size());
-    entered.velocity = table("modal_velocity", entered.velocity.size());
-    std::ranges::transform(table("modal_touches", entered.touches.size()), entered.touches.begin(),
-                           [](double touches) { return static_cast<std::uint8_t>(touches != 0.0); });
-    phases_->resume(entered, model_->drive(), begin_);
-    entered_ = phases_->entered();
+      std::ranges::copy(found->second, values.begin());
+    });
+    drive_from(begin_);
+    motion_->resume(memory, model_->drive(), begin_);
   }
 
  private:
@@ -152,89 +179,124 @@ class Modal final : public ProblemIntegrator {
     if (chain == nullptr) {
       throw InputError{"ts type: modal is not allowed with an imported structure, expected a beam"};
     }
-    if (equations_->loads().time_dependent()) {
-      throw InputError{"ts type: modal is not allowed with loads that change, expected moreau or a filter frequency"};
-    }
-    points_ = equations_->line_contact();
+    bool rigid = false;
     for (const Support& support : contact_->supports()) {
+      rigid = rigid || !support.elastic();
       if (support.restitution != 1.0) {
         throw InputError{"contact restitution: " + std::to_string(support.restitution) +
                          " is not allowed with `ts type` modal, expected 1: what holds the massless line has no law of "
                          "impact"};
       }
-      if (support.elastic() && support.damping > 0.0) {
-        throw InputError{"support damping: " + std::to_string(support.damping) +
-                         " is not allowed with `ts type` modal, expected 0 [N s/m]; choose moreau"};
+    }
+    points_ = line_points(equations_->points(), *contacts_);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (equations_->points().owns(points_[i].node)) {
+        mine_.push_back(i);
       }
     }
-    const auto count = points_ != nullptr ? points_->points().size() : 0;
-    if (count > ExactPhases::kMostPoints || (points_ != nullptr && !points_->dense())) {
-      throw InputError{"ts type: modal is not allowed with " + std::to_string(count) +
-                       " contact points, expected at most " + std::to_string(ExactPhases::kMostPoints) +
-                       "; choose moreau or a filter frequency"};
-    }
-    std::vector<double> work;
-    std::vector<double> force(count_, 0.0);
-    std::ranges::copy(equations_->loads().force(0.0, work), force.begin());
+    kinks_.emplace(equations_->loads(), contact_->supports());
+    choice_.retardation = retardation_.value_or(rigid ? kRadiating : 0.0);
+    choice_.damping_ratio = equations_->damping_ratio();
     const auto axis = equations_->axis();
-    const std::span<const LinePoint> points = points_ != nullptr ? points_->points() : std::span<const LinePoint>{};
-    model_.emplace(*chain, equations_->line().parameters(), force, std::vector<double>{axis.begin(), axis.end()},
-                   points, choice_);
-    phases_.emplace(model_->reduced());
-    impulse_.resize(count);
+    model_.emplace(*chain, equations_->line().parameters(), equations_->loads(),
+                   std::vector<double>{axis.begin(), axis.end()}, points_, choice_);
+    const ReducedModel& reduced = model_->reduced();
+    drive_from(0.0);
+    exact_ = reduced.conservative() && reduced.points() <= ExactPhases::kMostPoints && model_->drive().retreat.empty();
+    if (exact_) {
+      motion_ = std::make_unique<ExactPhases>(reduced);
+    } else {
+      motion_ = std::make_unique<KernelSteps>(reduced, tolerance_);
+    }
   }
 
-  void take_back() override { phases_->resume(entered_, model_->drive(), begin_); }
+  void take_back() override { motion_->take_back(); }
+
+  /// Loads and supports as they go on from the last kink before a time.
+  void drive_from(double time) {
+    const double just_after = time + 3.0 * time_resolution(time);
+    model_->drive_from(kinks_->piece_begin(0.0, just_after));
+    next_kink_ = kinks_->after(time);
+  }
+
+  void turn(bool jump) {
+    drive_from(begin_);
+    motion_->turn(model_->drive(), jump);
+  }
 
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
-    model_->expand(state_at(begin_ + elapsed), position, velocity);
+    const ModalState state = state_at(begin_ + elapsed);
+    model_->expand(state, position, velocity);
     std::ranges::fill(resting, std::uint8_t{0});
-    if (points_ == nullptr) {
-      return;
-    }
-    for (const std::size_t i : points_->mine()) {
-      resting[points_->local(i)] |= touches_[i];
+    for (const std::size_t i : mine_) {
+      resting[local(i)] |= state.touches[i];
     }
   }
 
   /// Before the step is taken, or after it at one of its times.
   [[nodiscard]] ModalState state_at(double time) const {
-    ModalState state = phases_->now();
-    if (stepped_) {
-      motion_->state_at(model_->reduced(), std::min(time, begin_ + length_), state);
+    return stepped_ ? motion_->at(std::min(time, begin_ + length_)) : motion_->now();
+  }
+
+  [[nodiscard]] std::size_t local(std::size_t point) const {
+    return static_cast<std::size_t>(points_[point].node - equations_->points().begin());
+  }
+
+  /// In the springs of supports [J].
+  [[nodiscard]] double stored(const ModalState& state) const {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      sum += points_[i].compliance > 0.0 ? 0.5 * state.give[i] * state.give[i] / points_[i].compliance : 0.0;
     }
-    return state;
+    return sum;
+  }
+
+  /// What a restart keeps of a state.
+  template <class State, class Visit>
+  static void each_table(State& state, const Visit& visit) {
+    visit("modal_amplitude", state.amplitude);
+    visit("modal_velocity", state.velocity);
+    visit("modal_force", state.force);
+    visit("modal_rest_force", state.rest_force);
+    visit("modal_give", state.give);
+    visit("modal_touches", state.touches);
   }
 
   void write_journal(double end) {
-    if (points_ == nullptr) {
-      return;
-    }
+    ContactJournal& journal = contact_->journal();
+    const ModalState state = motion_->at(end);
+    const ModalFlow passed = motion_->flow(end);
     const petsc::ReadArray now{state_};
-    for (const std::size_t i : points_->mine()) {
-      const LinePoint& point = points_->points()[i];
-      const std::size_t node = points_->local(i);
-      const double gap = point.side * (now.values()[node] - point.height) + phases_->now().give[i];
-      contact_->record_gap(phases_->now().touches[i] != 0 ? 0.0 : gap, node, end);
-      if (touches_[i] != 0) {
-        contact_->journal().record_contact_time(node, {begin_, end});
-        contact_->journal().record_force(point.support, point.side * impulse_[i]);
-      }
+    for (const std::size_t i : mine_) {
+      const LinePoint& point = points_[i];
+      const double face = point.height + point.lift(end).height;
+      const double gap = point.side * (now.values()[local(i)] - face) + state.give[i];
+      contact_->record_gap(state.touches[i] != 0 ? 0.0 : gap, local(i), end);
+      journal.record_force(point.support, point.side * passed.impulse[i]);
     }
-    if (std::ranges::any_of(touches_, [](std::uint8_t touches) { return touches != 0; })) {
-      contact_->journal().record_line_contact({begin_, end});
+    for (const ModalContact& contact : motion_->contacts()) {
+      const ContactJournal::Interval time{contact.from, contact.until};
+      if (equations_->points().owns(points_[contact.point].node)) {
+        journal.record_contact_time(local(contact.point), time);
+      }
+      journal.record_line_contact(time);
+    }
+    if (equations_->points().owns(0)) {
+      journal.record_flow(
+          {.work = passed.support_work, .damped = passed.in_supports + passed.in_modes, .radiated = passed.radiated});
     }
   }
 
   ModalChoice choice_;
-  LineContact* points_ = nullptr;  // null: nothing to touch
+  std::optional<double> retardation_;  // none: by the supports
+  std::vector<LinePoint> points_;      // of all ranks
+  std::vector<std::size_t> mine_;      // on this rank's nodes
+  std::optional<Kinks> kinks_;
+  double next_kink_ = 0.0;
   std::optional<ModalModel> model_;
-  std::optional<ExactPhases> phases_;
-  std::optional<PhaseMotion> motion_;  // of the step at hand
-  ModalState entered_{0, 0};           // its phase, to take it back
-  std::vector<std::uint8_t> touches_;  // in it
-  std::vector<double> impulse_;        // of it, by contact point [N s]
+  bool exact_ = false;
+  std::unique_ptr<ModalMotion> motion_;
 };
 
 }  // namespace

@@ -167,7 +167,7 @@ class Moreau final : public ProblemIntegrator {
     if (point.damping > 0.0 && point.side * (above + stretch) > 0.0) {
       return std::numeric_limits<double>::infinity();  // a damper pushes nobody who is not there
     }
-    const double b = point.damping * point.compliance;
+    const double b = point.damping * point.yield(equations_->line().parameters());
     const double a = 1.0 - 2.0 * b / step_;
     return point.side * (stretch + a * above + b * (velocity - face.velocity));
   }
@@ -183,7 +183,7 @@ class Moreau final : public ProblemIntegrator {
       if (point.compliance > 0.0) {
         const double gap = point.side * (position[contact_nodes_->local(i)] - point.height - point.lift(time).height);
         const double sag = std::max(-gap, 0.0);
-        sum += 0.5 * (1.0 / point.compliance - 2.0 * point.damping / step_) * sag * sag;
+        sum += 0.5 / point.compliance * sag * sag;
       }
     }
     return sum;

@@ -53,7 +53,7 @@ std::string gauge_rows(std::span<const double> times, std::span<const double> va
 std::string energy_header() {
   return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_"
          "impacts,"
-         "lost_in_dampers,total,drift\n";
+         "lost_in_dampers,radiated,total,drift\n";
 }
 
 std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows) {
@@ -62,7 +62,7 @@ std::string energy_rows(std::span<const double> times, std::span<const EnergyLed
     const EnergyLedger& row = rows[i];
     append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
                row.support_springs, row.load_work, row.support_work, row.lost_in_impacts, row.lost_in_dampers,
-               row.total(), row.drift());
+               row.radiated, row.total(), row.drift());
   }
   return text;
 }

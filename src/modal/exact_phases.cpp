@@ -26,6 +26,7 @@ ExactPhases::ExactPhases(const ReducedModel& model)
 void ExactPhases::start(const ModalState& state, const Drive& drive) {
   drive_ = drive;
   state_ = state;
+  last_.reset();
   const std::size_t points = model_->points();
   std::vector<double> gap(points);
   double size = 0.0;
@@ -57,16 +58,21 @@ void ExactPhases::start(const ModalState& state, const Drive& drive) {
   enter_phase();
 }
 
-void ExactPhases::resume(const ModalState& entered, const Drive& drive, double time) {
+void ExactPhases::resume(const ModalMemory& memory, const Drive& drive, double time) {
   drive_ = drive;
-  state_ = entered;
+  state_ = memory.entered;
   enter_phase();
-  motion_->state_at(*model_, time, state_);
+  motion_->state_at(time, state_);
+  last_.reset();
 }
 
 double ExactPhases::advance(double until) {
+  before_ = memory();
+  last_begin_ = state_.time;
   const double reached = motion_->last(until);
-  motion_->state_at(*model_, reached, state_);
+  last_ = motion_;
+  last_end_ = reached;
+  motion_->state_at(reached, state_);
   if (reached < until) {
     std::vector<std::size_t> due;
     for (std::size_t i = 0; i < model_->points(); ++i) {
@@ -83,8 +89,27 @@ double ExactPhases::advance(double until) {
 
 ModalState ExactPhases::at(double time) const {
   ModalState state = state_;
-  motion_->state_at(*model_, time, state);
+  (last_ && time <= last_end_ ? *last_ : *motion_).state_at(time, state);
   return state;
+}
+
+std::vector<ModalContact> ExactPhases::contacts() const {
+  std::vector<ModalContact> all;
+  for (std::size_t i = 0; last_ && i < model_->points(); ++i) {
+    if (last_->touches()[i] != 0) {
+      all.push_back({.point = i, .from = last_begin_, .until = last_end_});
+    }
+  }
+  return all;
+}
+
+ModalFlow ExactPhases::flow(double until) const {
+  ModalFlow flow{model_->modes(), model_->points()};
+  if (last_) {
+    last_->integrate(last_begin_, std::min(until, last_end_), flow.amplitude, flow.impulse);
+    flow.rest_force = flow.impulse;
+  }
+  return flow;
 }
 
 void ExactPhases::enter_phase() {
@@ -97,7 +122,7 @@ void ExactPhases::enter_phase() {
     known = std::prev(bases_.end());
   }
   entered_ = state_;
-  motion_.emplace(*known, drive_, state_);
+  motion_.emplace(*known, *model_, drive_, state_);
 }
 
 std::vector<double> ExactPhases::gap_rates() const {

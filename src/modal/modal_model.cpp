@@ -1,6 +1,7 @@
 #include "udar/modal/modal_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 #include <utility>
@@ -42,17 +43,32 @@ PetscInt wanted_modes(const ReducedModel& model) {
                        : 2 * static_cast<PetscInt>(std::ceil(0.5 * factor * modes + 0.01));
 }
 
-/// The rest must be able to give way under every contact point by itself.
+/// How high a support is from a time on, until the next row of its table, in powers of the time since [m/s^n].
+std::array<double, 4> powers_of(const SupportMotion& motion, double time) {
+  const auto next = std::ranges::upper_bound(motion.time(), time);
+  const double length = next != motion.time().end() ? *next - time : 1.0;
+  std::array<double, 4> powers = motion.cubic(time, length);
+  double unit = 1.0;
+  for (double& power : powers) {
+    power /= unit;
+    unit *= length;
+  }
+  return powers;
+}
+
+/// The rest must be able to give way under every rigid contact point by itself.
 PetscInt most_modes(const BeamChain& chain, std::span<const LinePoint> points) {
-  return chain.points().total() - std::max<PetscInt>(1, static_cast<PetscInt>(points.size()));
+  const auto rigid = std::ranges::count(points, 0.0, &LinePoint::compliance);
+  return chain.points().total() - std::max<PetscInt>(1, static_cast<PetscInt>(rigid));
 }
 
 }  // namespace
 
-ModalModel::ModalModel(const BeamChain& chain, const FilterParameters& parameters, std::span<const double> force,
+ModalModel::ModalModel(const BeamChain& chain, const FilterParameters& parameters, const Loads& loads,
                        std::vector<double> axis, std::span<const LinePoint> points, const ModalChoice& choice)
-    : axis_{std::move(axis)} {
-  choose(chain, parameters, points, choice.modes);
+    : masses_{&chain.points()}, loads_{&loads}, points_{points.begin(), points.end()}, axis_{std::move(axis)} {
+  choose(chain, parameters, choice.modes);
+  set_lags(choice);
   bound_ = reduced_.frequency_bound();
   // Above this, points too close for the modes shake against each other in ways that no beam does.
   constexpr double kStiffest = 4.0;
@@ -65,35 +81,105 @@ ModalModel::ModalModel(const BeamChain& chain, const FilterParameters& parameter
                "support, or more modes";
     throw InputError{message.str()};
   }
-  drive_.load = basis_->loads(force);
-  rest_ = basis_->residual(force);
-  drive_.offset.assign(points.size(), 0.0);
-  const MassPoints& masses = chain.points();
-  for (std::size_t i = 0; i < rest_.size(); ++i) {
-    rest_[i] += axis_[i];
-  }
-  for (std::size_t c = 0; c < points.size(); ++c) {
-    if (masses.owns(points[c].node)) {
-      const auto local = static_cast<std::size_t>(points[c].node - masses.begin());
-      drive_.offset[c] = points[c].side * (rest_[local] - points[c].height);
+  weight_ = respond(loads.weight());
+  for (std::size_t number = 0; number < loads.count(); ++number) {
+    std::vector<double> unit(masses_->points());
+    for (const Loads::LocalLoad& load : loads.local()) {
+      if (load.number == number) {
+        unit[static_cast<std::size_t>(load.local_node)] += load.share;
+      }
     }
+    unit_loads_.push_back(respond(unit));
   }
-  MPI_Allreduce(MPI_IN_PLACE, drive_.offset.data(), static_cast<int>(points.size()), MPI_DOUBLE, MPI_SUM,
-                masses.comm());
   solves_ += basis_->solves();
+  drive_from(0.0);
 }
 
-void ModalModel::choose(const BeamChain& chain, const FilterParameters& parameters, std::span<const LinePoint> points,
-                        PetscInt asked) {
+void ModalModel::set_lags(const ModalChoice& choice) {
+  if (!choice.damping_ratio.empty()) {
+    std::size_t flexible = 0;
+    for (const double w : reduced_.frequency) {
+      reduced_.ratio.push_back(w == 0.0 ? 0.0
+                                        : choice.damping_ratio[std::min(flexible, choice.damping_ratio.size() - 1)]);
+      flexible += w > 0.0 ? 1 : 0;
+    }
+  }
+  if (std::ranges::any_of(points_, [](const LinePoint& point) { return point.damping > 0.0; })) {
+    for (const LinePoint& point : points_) {
+      reduced_.support_lag.push_back(point.damping * point.compliance);
+    }
+  }
+  const double last = reduced_.frequency.back();
+  reduced_.rest_lag = last > 0.0 ? choice.retardation / last : 0.0;
+}
+
+/// @note Collective: about ten line solves and two reductions.
+ModalModel::UnitLoad ModalModel::respond(std::span<const double> force) {
+  UnitLoad load{.modal = basis_->loads(force), .rest = basis_->residual(force), .at = {}};
+  load.at.resize(points_.size());
+  for (std::size_t c = 0; c < points_.size(); ++c) {
+    if (masses_->owns(points_[c].node)) {
+      load.at[c] = points_[c].side * load.rest[static_cast<std::size_t>(points_[c].node - masses_->begin())];
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, load.at.data(), static_cast<int>(load.at.size()), MPI_DOUBLE, MPI_SUM, masses_->comm());
+  return load;
+}
+
+void ModalModel::drive_from(double time) {
+  const std::size_t count = unit_loads_.size();
+  std::vector<double> values(2 * count + points_.size());
+  for (const Loads::LocalLoad& load : loads_->local()) {
+    const auto [force, rate] = Loads::evaluate(load.table, time);
+    values[2 * load.number] += load.share * force;
+    values[2 * load.number + 1] += load.share * rate;
+  }
+  for (std::size_t c = 0; c < points_.size(); ++c) {
+    const LinePoint& point = points_[c];
+    if (masses_->owns(point.node)) {
+      const double axis = axis_[static_cast<std::size_t>(point.node - masses_->begin())];
+      values[2 * count + c] = point.side * (axis - point.height);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, masses_->comm());
+  drive_ = {.time = time, .load = weight_.modal};
+  drive_.offset.assign(values.end() - static_cast<std::ptrdiff_t>(points_.size()), values.end());
+  const auto add = [](std::vector<double>& to, double factor, const std::vector<double>& what) {
+    to.resize(what.size());
+    std::ranges::transform(to, what, to.begin(), [factor](double sum, double one) { return sum + factor * one; });
+  };
+  add(drive_.offset, 1.0, weight_.at);
+  force_.assign(count, 0.0);
+  force_rate_.assign(count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    force_[i] = values[2 * i];
+    force_rate_[i] = values[2 * i + 1];
+    add(drive_.load, force_[i], unit_loads_[i].modal);
+    add(drive_.load_rate, force_rate_[i], unit_loads_[i].modal);
+    add(drive_.offset, force_[i], unit_loads_[i].at);
+    add(drive_.offset_rate, force_rate_[i], unit_loads_[i].at);
+  }
+  if (std::ranges::any_of(points_, [](const LinePoint& point) { return point.motion != nullptr; })) {
+    for (const LinePoint& point : points_) {
+      auto& powers = drive_.retreat.emplace_back();
+      if (point.motion != nullptr) {
+        powers = powers_of(*point.motion, time);
+        std::ranges::transform(powers, powers.begin(), [&](double power) { return -point.side * power; });
+      }
+    }
+  }
+}
+
+void ModalModel::choose(const BeamChain& chain, const FilterParameters& parameters, PetscInt asked) {
   if (asked > 0) {
-    return build(chain, parameters, points, asked);
+    return build(chain, parameters, asked);
   }
   constexpr PetscInt kFewest = 12;
   constexpr PetscInt kMost = 100;
-  const PetscInt there = most_modes(chain, points);
+  const PetscInt there = most_modes(chain, points_);
   const PetscInt most = std::min(kMost, there);
   for (PetscInt modes = std::min(kFewest, most);;) {
-    build(chain, parameters, points, modes);
+    build(chain, parameters, modes);
     const PetscInt wanted = std::min(most, wanted_modes(reduced_));
     if (wanted <= modes) {
       return;
@@ -102,16 +188,15 @@ void ModalModel::choose(const BeamChain& chain, const FilterParameters& paramete
   }
 }
 
-void ModalModel::build(const BeamChain& chain, const FilterParameters& parameters, std::span<const LinePoint> points,
-                       PetscInt modes) {
+void ModalModel::build(const BeamChain& chain, const FilterParameters& parameters, PetscInt modes) {
   solves_ += basis_ != nullptr ? basis_->solves() : 0;
-  const PetscInt most = most_modes(chain, points);
+  const PetscInt most = most_modes(chain, points_);
   if (modes > most) {
     throw InputError{"modal modes: " + std::to_string(modes) + " is not allowed, expected at most " +
                      std::to_string(most) + ": something must be left to give way under the contact points"};
   }
   basis_ = std::make_unique<ModalBasis>(chain, parameters, modes);
-  reduced_ = basis_->reduce(points, columns_);
+  reduced_ = basis_->reduce(points_, columns_);
 }
 
 ModalState ModalModel::project(double time, std::span<const double> position, std::span<const double> velocity) const {
@@ -135,20 +220,41 @@ ModalState ModalModel::project(double time, std::span<const double> position, st
 }
 
 void ModalModel::expand(const ModalState& state, std::span<double> position, std::span<double> velocity) const {
-  std::ranges::copy(rest_, position.begin());
+  std::ranges::copy(axis_, position.begin());
   std::ranges::fill(velocity, 0.0);
-  for (std::size_t m = 0; m < basis_->modes(); ++m) {
-    const std::vector<double>& shape = basis_->shape(m);
-    for (std::size_t i = 0; i < shape.size(); ++i) {
-      position[i] += state.amplitude[m] * shape[i];
-      velocity[i] += state.velocity[m] * shape[i];
+  const auto add = [](std::span<double> to, double factor, const std::vector<double>& what) {
+    for (std::size_t i = 0; factor != 0.0 && i < to.size(); ++i) {
+      to[i] += factor * what[i];
     }
+  };
+  add(position, 1.0, weight_.rest);
+  for (std::size_t i = 0; i < unit_loads_.size(); ++i) {
+    add(position, force_[i] + (state.time - drive_.time) * force_rate_[i], unit_loads_[i].rest);
+  }
+  for (std::size_t m = 0; m < basis_->modes(); ++m) {
+    add(position, state.amplitude[m], basis_->shape(m));
+    add(velocity, state.velocity[m], basis_->shape(m));
   }
   for (std::size_t c = 0; c < columns_.size(); ++c) {
-    for (std::size_t i = 0; state.rest_force[c] != 0.0 && i < position.size(); ++i) {
-      position[i] += state.rest_force[c] * columns_[c][i];
-    }
+    add(position, state.rest_force[c], columns_[c]);
   }
+}
+
+double ModalModel::passed(std::size_t point, double from, double until, std::span<const double> amplitude,
+                          std::span<const double> rest_force) const {
+  const double length = until - from;
+  double sum = length * (axis_[point] + weight_.rest[point]);
+  for (std::size_t i = 0; i < unit_loads_.size(); ++i) {
+    const double mean = force_[i] + (0.5 * (from + until) - drive_.time) * force_rate_[i];
+    sum += length * mean * unit_loads_[i].rest[point];
+  }
+  for (std::size_t m = 0; m < amplitude.size(); ++m) {
+    sum += amplitude[m] * basis_->shape(m)[point];
+  }
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    sum += rest_force[c] * columns_[c][point];
+  }
+  return sum;
 }
 
 }  // namespace udar

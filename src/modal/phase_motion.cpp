@@ -4,19 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "udar/modal/oscillator.hpp"
+
 namespace udar {
 namespace {
 
 // A row this small beside what it is added up from is zero: rounding of some tens of terms.
 constexpr double kZero = 64.0 * std::numeric_limits<double>::epsilon();
 
-struct Value {
-  double place;
-  double speed;
-};
-
 /// z and z' of one coordinate of frequency w.
-Value oscillate(double time, double w, double place, double speed, double load, double load_rate) {
+PhaseMotion::Value oscillate(double time, double w, double place, double speed, double load, double load_rate) {
   if (w == 0.0) {
     const double half = 0.5 * time;
     return {.place = place + time * (speed + half * (load + time / 3.0 * load_rate)),
@@ -27,8 +24,8 @@ Value oscillate(double time, double w, double place, double speed, double load, 
   const double versed = 2.0 * sine * sine;
   const double s = 2.0 * sine * cosine / w;
   const double f2 = versed / (w * w);
-  Value value{.place = place - versed * place + s * speed + f2 * load,
-              .speed = s * (load - w * w * place) + (1.0 - versed) * speed};
+  PhaseMotion::Value value{.place = place - versed * place + s * speed + f2 * load,
+                           .speed = s * (load - w * w * place) + (1.0 - versed) * speed};
   if (load_rate != 0.0) {
     value.place += (time - s) / (w * w) * load_rate;
     value.speed += f2 * load_rate;
@@ -47,8 +44,9 @@ double integral(double time, double w, double place, double speed, double load, 
 
 }  // namespace
 
-PhaseMotion::PhaseMotion(const PhaseBasis& basis, const Drive& drive, const ModalState& start)
-    : basis_{&basis}, begin_{start.time} {
+PhaseMotion::PhaseMotion(const PhaseBasis& basis, const ReducedModel& model, const Drive& drive,
+                         const ModalState& start)
+    : basis_{&basis}, model_{&model}, begin_{start.time}, retreat_{drive.retreat} {
   const std::size_t modes = start.amplitude.size();
   const std::size_t points = start.force.size();
   for (std::vector<double>* of_modes : {&place_, &speed_, &load_, &load_rate_, &now_, &speed_now_, &reach_}) {
@@ -70,12 +68,48 @@ PhaseMotion::PhaseMotion(const PhaseBasis& basis, const Drive& drive, const Moda
     offset[i] = drive.offset_at(i, begin_);
     offset_rate[i] = drive.offset_slope(i);
   }
+  for (std::array<double, 4>& powers : retreat_) {
+    power_series::shift(powers.data(), powers.size(), begin_ - drive.time);
+    powers[0] = 0.0;  // in the offset
+  }
   basis.reduce(start.amplitude, place_);
   basis.reduce(start.velocity, speed_);
   basis.load(load, offset, load_);
   basis.load(rate, offset_rate, load_rate_);
   basis.offsets(offset, constant_);
   basis.offsets(offset_rate, slope_of_constant_);
+  set_fading(start);
+}
+
+/// What still gives way after a touch.
+void PhaseMotion::set_fading(const ModalState& start) {
+  const bool in_flight = std::ranges::none_of(touches(), [](std::uint8_t one) { return one != 0; });
+  const std::size_t points = start.force.size();
+  if (!in_flight || (model_->rest_lag == 0.0 && model_->support_lag.empty())) {
+    return;
+  }
+  fading_.rest.resize(points);
+  fading_.give.resize(points);
+  fading_.bend.resize(points);
+  for (std::size_t i = 0; i < points; ++i) {
+    for (std::size_t j = 0; j < points && model_->rest_lag > 0.0; ++j) {
+      fading_.rest[i] += model_->compliance[i * points + j] * start.rest_force[j];
+    }
+    fading_.give[i] = !model_->support_lag.empty() && model_->support_lag[i] > 0.0 ? start.give[i] : 0.0;
+  }
+}
+
+double PhaseMotion::ratio_of(std::size_t mode) const { return model_->ratio.empty() ? 0.0 : model_->ratio[mode]; }
+
+PhaseMotion::Value PhaseMotion::value_of(std::size_t mode, double elapsed) const {
+  const double w = basis_->frequency()[mode];
+  const double ratio = ratio_of(mode);
+  if (ratio == 0.0) {
+    return oscillate(elapsed, w, place_[mode], speed_[mode], load_[mode], load_rate_[mode]);
+  }
+  const Oscillator at = Oscillator::after(elapsed, w, ratio);
+  return {.place = at.place(place_[mode], speed_[mode], load_[mode], load_rate_[mode]),
+          .speed = at.speed(w * w, place_[mode], speed_[mode], load_[mode], load_rate_[mode])};
 }
 
 /// Of every row over the whole phase.
@@ -88,10 +122,11 @@ void PhaseMotion::bound_curvature(double length) {
     double reach = 0.0;
     double bend = std::max(std::abs(load_[m]), std::abs(load_[m] + length * load_rate_[m]));
     if (w > 0.0) {
-      const double rest = load_[m] / (w * w);
+      const double ratio = ratio_of(m);
       const double drift = load_rate_[m] / (w * w);
+      const double rest = load_[m] / (w * w) - 2.0 * ratio / w * drift;
       const double swing = std::hypot(place_[m] - rest, (speed_[m] - drift) / w);
-      bend = w * w * swing;
+      bend = (1.0 + 2.0 * ratio) * w * w * swing;
       reach = swing + std::abs(rest) + length * std::abs(drift);
     }
     for (std::size_t i = 0; i < value_.size(); ++i) {
@@ -100,12 +135,16 @@ void PhaseMotion::bound_curvature(double length) {
       swing_[i] += share * reach;
     }
   }
+  for (std::size_t i = 0; i < retreat_.size(); ++i) {
+    const auto& powers = retreat_[i];
+    curvature_[i] += std::max(std::abs(2.0 * powers[2]), std::abs(2.0 * powers[2] + 6.0 * powers[3] * length));
+  }
 }
 
 void PhaseMotion::evaluate(double elapsed) {
   const auto frequency = basis_->frequency();
   for (std::size_t m = 0; m < frequency.size(); ++m) {
-    const Value value = oscillate(elapsed, frequency[m], place_[m], speed_[m], load_[m], load_rate_[m]);
+    const Value value = value_of(m, elapsed);
     now_[m] = value.place;
     speed_now_[m] = value.speed;
     reach_[m] = frequency[m] > 0.0
@@ -126,14 +165,38 @@ void PhaseMotion::evaluate(double elapsed) {
     slope_[i] = slope;
     size_[i] = size;
   }
+  for (std::size_t i = 0; i < retreat_.size(); ++i) {
+    const double moved = power_series::value(retreat_[i].data(), retreat_[i].size(), elapsed);
+    value_[i] += moved;
+    size_[i] += std::abs(moved);
+    slope_[i] += power_series::slope(retreat_[i].data(), retreat_[i].size(), elapsed);
+  }
+  add_fading(elapsed);
   ++evaluations_;
+}
+
+void PhaseMotion::add_fading(double elapsed) {
+  for (std::size_t i = 0; i < fading_.rest.size(); ++i) {
+    fading_.bend[i] = 0.0;
+    const auto add = [&](double from, double lag) {
+      const double now = from != 0.0 ? from * std::exp(-elapsed / lag) : 0.0;
+      if (now != 0.0) {
+        value_[i] += now;
+        size_[i] += std::abs(now);
+        slope_[i] -= now / lag;
+        fading_.bend[i] += std::abs(now) / (lag * lag);
+      }
+    };
+    add(fading_.rest[i], model_->rest_lag);
+    add(fading_.give[i], fading_.give[i] != 0.0 ? model_->support_lag[i] : 0.0);
+  }
 }
 
 /// To the zero of the parabola under a row.
 double PhaseMotion::safe_step(std::size_t point) const {
   const double value = std::max(value_[point], 0.0);
   const double slope = slope_[point];
-  const double bend = curvature_[point];
+  const double bend = curvature_[point] + (fading_.bend.empty() ? 0.0 : fading_.bend[point]);
   const double root = std::sqrt(slope * slope + 2.0 * bend * value);
   if (slope < 0.0) {
     return 2.0 * value / (root - slope);
@@ -179,13 +242,13 @@ double PhaseMotion::last(double until) {
   }
 }
 
-void PhaseMotion::state_at(const ReducedModel& model, double time, ModalState& state) const {
+void PhaseMotion::state_at(double time, ModalState& state) const {
   const auto frequency = basis_->frequency();
   const double elapsed = time - begin_;
   std::vector<double> place(frequency.size());
   std::vector<double> speed(frequency.size());
   for (std::size_t m = 0; m < frequency.size(); ++m) {
-    const Value value = oscillate(elapsed, frequency[m], place_[m], speed_[m], load_[m], load_rate_[m]);
+    const Value value = value_of(m, elapsed);
     place[m] = value.place;
     speed[m] = value.speed;
   }
@@ -193,7 +256,7 @@ void PhaseMotion::state_at(const ReducedModel& model, double time, ModalState& s
   basis_->expand(speed, state.velocity);
   state.time = time;
   state.touches = basis_->touches();
-  for (std::size_t i = 0; i < model.points(); ++i) {
+  for (std::size_t i = 0; i < model_->points(); ++i) {
     double force = 0.0;
     if (state.touches[i] != 0) {
       force = constant_[i] + elapsed * slope_of_constant_[i];
@@ -203,11 +266,11 @@ void PhaseMotion::state_at(const ReducedModel& model, double time, ModalState& s
     }
     state.force[i] = force;
     state.rest_force[i] = force;
-    state.give[i] = model.give[i] * force;
+    state.give[i] = model_->give[i] * force;
   }
 }
 
-void PhaseMotion::add_impulses(double from, double until, std::span<double> sums) const {
+void PhaseMotion::integrate(double from, double until, std::span<double> amplitude, std::span<double> impulse) const {
   const auto frequency = basis_->frequency();
   std::vector<double> passed(frequency.size());
   const auto fill = [&](double elapsed, double sign) {
@@ -219,7 +282,9 @@ void PhaseMotion::add_impulses(double from, double until, std::span<double> sums
   const double last = until - begin_;
   fill(first, -1.0);
   fill(last, 1.0);
-  for (std::size_t i = 0; i < sums.size(); ++i) {
+  basis_->expand(passed, amplitude);
+  for (std::size_t i = 0; i < impulse.size(); ++i) {
+    impulse[i] = 0.0;
     if (basis_->touches()[i] == 0) {
       continue;
     }
@@ -227,7 +292,7 @@ void PhaseMotion::add_impulses(double from, double until, std::span<double> sums
     for (std::size_t m = 0; m < passed.size(); ++m) {
       sum += basis_->row(i)[m] * passed[m];
     }
-    sums[i] += sum;
+    impulse[i] = sum;
   }
 }
 

@@ -35,9 +35,9 @@ EnergyBalance::EnergyBalance(Equations& equations, const ContactState& contact, 
     : equations_{&equations},
       contact_{&contact},
       kinks_{&kinks},
-      flows_{equations.damping().any() || std::ranges::any_of(contact.supports(), [](const Support& support) {
-               return support.motion || support.elastic();
-             })} {}
+      flows_{!equations.filtered() || equations.damping().any() ||
+             std::ranges::any_of(contact.supports(),
+                                 [](const Support& support) { return support.motion || support.elastic(); })} {}
 
 void EnergyBalance::start(const LineState& line, std::span<const double> position, std::span<const double> velocity) {
   ledger_ = equations_->energy(line, position, velocity);
@@ -72,20 +72,16 @@ double EnergyBalance::load_work(const DenseOutput& step, double step_begin, doub
   return work;
 }
 
-void EnergyBalance::jump(const Instant& before, std::span<const double> position, std::span<const double> velocity,
-                         LineState& line) {
-  const auto energy = [&](const Instant& at) {
-    equations_->evaluate(at, position, line, true);
-    return equations_->energy(line, position, velocity).total();
-  };
-  const double energy_before = energy(before);
-  const double energy_after = energy(before.time);
-  load_work_ += on_first_rank() ? energy_after - energy_before : 0.0;
+double EnergyBalance::energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,
+                             LineState& line) {
+  equations_->evaluate(at, position, line, true);
+  const double total = equations_->energy(line, position, velocity).total();
+  return on_first_rank() ? total : 0.0;
 }
 
 void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<double> besides,
                            const ToleratedError& tolerated) {
-  enum Share : std::size_t { lost, load, work, damped, springs, shares };  // of this rank, within the step
+  enum Share : std::size_t { lost, load, work, damped, radiated, springs, shares };  // of this rank, within the step
   EnergyLedger now = equations_->energy(row.line, row.masses.position, row.masses.velocity);
   std::vector<double> sums(shares + besides.size(), 0.0);
   sums[lost] = contact_->journal().lost_before(row.time);
@@ -97,6 +93,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
     const EnergyFlow flow = step.flow(row.time);
     sums[work] = flow.work;
     sums[damped] = flow.damped;
+    sums[radiated] = flow.radiated;
     sums[springs] = flow.stored + contact_->spring_energy(row.time, row.masses.position);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
@@ -106,6 +103,7 @@ void EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<do
   now.load_work = sums[load];
   now.support_work = contact_->counts().work + sums[work];
   now.lost_in_dampers = contact_->counts().damped + sums[damped];
+  now.radiated = contact_->counts().radiated + sums[radiated];
   now.support_springs += sums[springs];
   now.initial = ledger_.initial;
   now.initial_potential = ledger_.initial_potential;

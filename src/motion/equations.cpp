@@ -22,8 +22,12 @@ constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeri
 }  // namespace
 
 Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping,
-                     std::unique_ptr<LineContact> contact)
-    : line_{&line}, loads_{&loads}, damping_{damping}, line_contact_{std::move(contact)} {
+                     std::unique_ptr<LineContact> contact, std::vector<double> damping_ratio)
+    : line_{&line},
+      loads_{&loads},
+      damping_{damping},
+      damping_ratio_{std::move(damping_ratio)},
+      line_contact_{std::move(contact)} {
   const auto require = [](const char* quantity, double value, const char* unit) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
       throw InputError{std::string{quantity} + ": " + std::to_string(value) +
@@ -32,6 +36,12 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
   };
   require("damping mass", damping.mass, "1/s");
   require("damping stiffness", damping.stiffness, "s");
+  for (const double ratio : damping_ratio_) {
+    if (!(ratio >= 0.0 && ratio < 1.0)) {
+      throw InputError{"damping ratio: " + std::to_string(ratio) +
+                       " is not allowed, expected numbers from 0 to below 1"};
+    }
+  }
   if (line_contact_ && damping.stiffness > 0.0) {
     throw InputError{
         "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "

@@ -5,6 +5,7 @@
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+
 Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
   nodes_ = points.points();
   if (gravity != 0.0) {
@@ -32,9 +33,10 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
     time_dependent_ = time_dependent_ || load.time.size() > 1;
     for (const auto& [point, share] : points.lever({.x = load.position})) {
       if (points.owns(point)) {
-        local_.push_back({.local_node = point - points.begin(), .share = share, .table = load});
+        local_.push_back({.number = count_, .local_node = point - points.begin(), .share = share, .table = load});
       }
     }
+    ++count_;
   }
   for (auto* times : {&kinks_, &jumps_}) {
     std::ranges::sort(*times);

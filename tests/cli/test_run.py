@@ -35,7 +35,7 @@ SUMMARY_KEYS = """
     peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = (
     "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,"
-    "lost_in_impacts,lost_in_dampers,total,drift"
+    "lost_in_impacts,lost_in_dampers,radiated,total,drift"
 )
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
 REST_COLUMNS = "time,node,x,support,event"

@@ -68,6 +68,7 @@ struct StartInput {
   InitialState initial{.height = 1.0};
   std::vector<NodalLoad> loads;
   Damping damping;
+  std::vector<double> damping_ratio;
 };
 
 /// @brief Supports and who touches them.

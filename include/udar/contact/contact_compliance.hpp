@@ -21,10 +21,14 @@ struct LinePoint {
   double side = 1.0;                                      ///< +1 support below, -1 above: gap = side (y - height)
   double height = 0.0;                                    ///< of its face, without its motion and without a force [m]
   std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
-  double compliance = 0.0;                                ///< by which the face gives way [m/N]: 1 / k of its spring,
-                                                          ///< without filter 1 / (k + 2 c / step)
+  double compliance = 0.0;                                ///< 1 / k of its spring [m/N]; 0: rigid
   double damping = 0.0;                                   ///< c of the damper beside it [N s/m]
 
+  /// By which the face gives way [m/N]; without filter to a force in the middle of a step: 1 / (k + 2 c / step).
+  [[nodiscard]] double yield(const FilterParameters& filter) const {
+    return damping > 0.0 && !filter.filtered() ? compliance / (1.0 + 2.0 * damping * compliance / filter.step)
+                                               : compliance;
+  }
   /// What its motion adds just after a time [s].
   [[nodiscard]] SupportMotion::State lift(double time) const {
     return motion ? motion->at(time) : SupportMotion::State{};

@@ -15,6 +15,10 @@
 
 namespace udar {
 
+/// @brief The nodes of the line that supports may hold, ascending, those of all ranks on each.
+/// @note Collective.
+[[nodiscard]] std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& contacts);
+
 /// @brief The line held off its supports: Yc = argmin 1/2 Yc'(wf^2 M + C)Yc - (wf^2 M Ym + F)'Yc with Yc >= support at
 /// every node that a support touches; the multipliers are the contact forces. Supports may move, and give way by the
 /// force over their stiffness. Without filter the force is that of the middle of a step, and a damper beside the spring

@@ -28,6 +28,7 @@ struct ModelParameters {
   double gravity = 9.81;  ///< [m/s^2]
   std::vector<NodalLoad> loads{};
   Damping damping{};
+  std::vector<double> damping_ratio{};  ///< as `Equations`
   InitialState initial{};
   std::vector<Support> supports{};
   ContactParameters contact{};

@@ -18,6 +18,7 @@ enum class Feature : std::uint8_t {
   elastic_supports,   ///< supports that give way
   mass_damping,       ///< Rayleigh damping by the masses
   stiffness_damping,  ///< Rayleigh damping by the line's springs
+  modal_damping,      ///< a damping ratio for each mode
 };
 
 /// @brief A set of features.

@@ -24,6 +24,7 @@ namespace udar {
 struct ImpactProblem {
   Equations* equations = nullptr;
   ContactState* contact = nullptr;
+  const Contacts* contacts = nullptr;
   MotionScale scale{};
 };
 
@@ -42,6 +43,9 @@ class Integrator : public DenseOutput {
   virtual double end_step() = 0;
   /// @brief Brings the state of the TS and of contact past the events at the end, if that is not yet done.
   virtual void apply_events() = 0;
+  /// @brief Loads have jumped at the end of the last step: what follows them at once is brought there in the state of
+  /// the TS. @return what springs of supports, as in `flow`, gain by that [J], this rank's share @note Collective.
+  virtual double follow_loads() { return 0.0; }
   /// Takes the whole step back.
   virtual void return_to_start() = 0;
   /// Step length to go on with [s], before limits from outside.

@@ -4,12 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <list>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "udar/modal/modal_motion.hpp"
 #include "udar/modal/phase_basis.hpp"
 #include "udar/modal/phase_motion.hpp"
 #include "udar/modal/reduced_model.hpp"
@@ -20,7 +20,7 @@ namespace udar {
 /// @brief From one change of contact to the next in closed form; there is no time step, and no error but rounding.
 ///
 /// Source: docs/theory.md, "The modal integrator"
-class ExactPhases {
+class ExactPhases final : public ModalMotion {
  public:
   /// More contact points than these have too many sets that may touch.
   static constexpr std::size_t kMostPoints = 8;
@@ -28,24 +28,21 @@ class ExactPhases {
   /// @param model conservative, with at most `kMostPoints`; must outlive this object
   explicit ExactPhases(const ReducedModel& model);
 
-  /// @brief Takes up the motion; forces follow from where the modes are, so that supports may press on it from the
-  /// start. Also where the drive changes its course.
-  void start(const ModalState& state, const Drive& drive);
-  /// @brief Takes the motion up within a phase. @param entered the state at which the phase began
-  void resume(const ModalState& entered, const Drive& drive, double time);
-  /// @brief Goes on to a time [s], or to the first change of contact before. @return the time reached
-  double advance(double until);
+  void start(const ModalState& state, const Drive& drive) override;
+  /// @pre nothing moves
+  void turn(const Drive& drive, bool /*jump*/) override { start(state_, drive); }
+  /// To a time [s], or to the first change of contact before.
+  double advance(double until) override;
+  void take_back() override { resume(before_, drive_, last_begin_); }
 
-  [[nodiscard]] const ModalState& now() const noexcept { return state_; }
-  /// The state at a time since the last change of contact or start [s].
-  [[nodiscard]] ModalState at(double time) const;
-  /// The state then, from which `resume` goes on to the same bits.
-  [[nodiscard]] const ModalState& entered() const noexcept { return entered_; }
-  /// The motion since then.
-  [[nodiscard]] const PhaseMotion& phase() const noexcept { return *motion_; }
-  [[nodiscard]] std::size_t changes() const noexcept { return changes_; }
+  [[nodiscard]] const ModalState& now() const noexcept override { return state_; }
+  [[nodiscard]] ModalState at(double time) const override;
+  [[nodiscard]] std::vector<ModalContact> contacts() const override;
+  [[nodiscard]] ModalFlow flow(double until) const override;
+  [[nodiscard]] ModalMemory memory() const override { return {.entered = entered_}; }
+  void resume(const ModalMemory& memory, const Drive& drive, double time) override;
+  [[nodiscard]] std::size_t count() const noexcept override { return changes_; }
   [[nodiscard]] std::size_t evaluations() const noexcept { return evaluations_ + motion_->evaluations(); }
-  [[nodiscard]] const Drive& drive() const noexcept { return drive_; }
 
  private:
   void enter_phase();
@@ -62,6 +59,10 @@ class ExactPhases {
   ModalState entered_;
   Drive drive_;
   std::optional<PhaseMotion> motion_;
+  std::optional<PhaseMotion> last_;  // of the last step
+  double last_begin_ = 0.0;
+  double last_end_ = 0.0;
+  ModalMemory before_;              // that step
   std::vector<double> force_rate_;  // work
   std::vector<double> gap_rate_;
   std::size_t changes_ = 0;

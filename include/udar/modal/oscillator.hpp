@@ -10,13 +10,22 @@ namespace udar {
 ///
 ///     z = c z0 + s v0 + f2 f + f3 f',      z' = -w^2 s z0 + ds v0 + s f + f2 f'
 ///
-/// with f2 and f3 the first and second integral of s. Source: docs/theory.md, "The modal integrator".
+/// with f2, f3 and f4 the first, second and third integral of s. Source: docs/theory.md, "The modal integrator".
 struct Oscillator {
   double c = 1.0;
   double s = 0.0;   ///< [s]
   double ds = 1.0;  ///< of s; c without damping
   double f2 = 0.0;  ///< [s^2]
   double f3 = 0.0;  ///< [s^3]
+  double f4 = 0.0;  ///< [s^4]
+
+  /// z and z' after the time. @param load at its start @param rate of the load
+  [[nodiscard]] double place(double from, double speed, double load, double rate) const {
+    return c * from + s * speed + f2 * load + f3 * rate;
+  }
+  [[nodiscard]] double speed(double w2, double from, double velocity, double load, double rate) const {
+    return ds * velocity + s * (load - w2 * from) + f2 * rate;
+  }
 
   /// @param frequency w [rad/s], >= 0 @param ratio zeta in [0, 1) @param time [s], >= 0
   [[nodiscard]] static Oscillator after(double time, double frequency, double ratio = 0.0) {
@@ -37,6 +46,7 @@ struct Oscillator {
     at.c = cosine + decay * at.s;
     at.f2 = (1.0 - at.c) / w2;
     at.f3 = (time - at.s - 2.0 * decay * at.f2) / w2;
+    at.f4 = (0.5 * time * time - at.f2 - 2.0 * decay * at.f3) / w2;
     return at;
   }
 
@@ -45,7 +55,7 @@ struct Oscillator {
     constexpr int kTerms = 20;
     const double double_decay = 2.0 * ratio * frequency;
     const double w2 = frequency * frequency;
-    Oscillator at{.c = 0.0, .s = 0.0, .ds = 0.0, .f2 = 0.0, .f3 = 0.0};
+    Oscillator at{.c = 0.0, .s = 0.0, .ds = 0.0, .f2 = 0.0, .f3 = 0.0, .f4 = 0.0};
     double before = 0.0;      // coefficient of t^(n - 1)
     double term = 1.0 / 6.0;  // of t^n
     double power = 1.0;       // t^(n - 3)
@@ -54,6 +64,7 @@ struct Oscillator {
       at.s += n * (n - 1) * term * power * time;
       at.f2 += n * term * power * time * time;
       at.f3 += term * power * time * time * time;
+      at.f4 += term / (n + 1) * power * time * time * time * time;
       const double next = -(double_decay * n * term + w2 * before) / (n * (n + 1));
       before = term;
       term = next;

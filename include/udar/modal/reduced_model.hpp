@@ -2,10 +2,13 @@
 /// @file
 /// A structure as its lowest modes and the static flexibility of all others, seen from its contact points.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include "udar/numerics/power_series.hpp"
 
 namespace udar {
 
@@ -45,14 +48,18 @@ struct Drive {
   std::vector<double> load_rate{};    ///< [N kg^(-1/2)/s]; empty: steady
   std::vector<double> offset{};       ///< gap of each point with q = 0 and no contact force [m]
   std::vector<double> offset_rate{};  ///< [m/s]; empty: at rest
+  /// How far each face has moved away, in powers of the time since then [m/s^n]; empty: all stand still.
+  std::vector<std::array<double, 4>> retreat{};
 
   [[nodiscard]] double load_at(std::size_t mode, double at) const {
     return load_rate.empty() ? load[mode] : load[mode] + (at - time) * load_rate[mode];
   }
   [[nodiscard]] double load_slope(std::size_t mode) const { return load_rate.empty() ? 0.0 : load_rate[mode]; }
   [[nodiscard]] double offset_at(std::size_t point, double at) const {
-    return offset_rate.empty() ? offset[point] : offset[point] + (at - time) * offset_rate[point];
+    const double still = offset_rate.empty() ? offset[point] : offset[point] + (at - time) * offset_rate[point];
+    return retreat.empty() ? still : still + power_series::value(retreat[point].data(), 4, at - time);
   }
+  /// Of what loads do to it.
   [[nodiscard]] double offset_slope(std::size_t point) const { return offset_rate.empty() ? 0.0 : offset_rate[point]; }
 };
 

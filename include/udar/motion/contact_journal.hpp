@@ -26,9 +26,10 @@ void release_if_large(std::vector<Value>& list) {
 
 /// @brief What flows besides impacts [J].
 struct EnergyFlow {
-  double work = 0.0;    ///< in from moving supports
-  double damped = 0.0;  ///< out by dampers
-  double stored = 0.0;  ///< at its end, in springs of supports that the integrator alone knows the force of
+  double work = 0.0;      ///< in from moving supports
+  double damped = 0.0;    ///< out by dampers
+  double radiated = 0.0;  ///< out into motions that a reduced model leaves out
+  double stored = 0.0;    ///< at its end, in springs of supports that the integrator alone knows the force of
 };
 
 /// @brief Impacts, rests, forces and energy of one step, of this rank's masses. Not collective.
@@ -75,6 +76,7 @@ class ContactJournal {
   void record_flow(const EnergyFlow& energy) {
     flow_.work += energy.work;
     flow_.damped += energy.damped;
+    flow_.radiated += energy.radiated;
   }
 
   /// Those of a node in order of time.

@@ -47,6 +47,7 @@ struct ContactCounts {
   double lost = 0.0;                 ///< energy lost in impacts and rests [J]
   double work = 0.0;                 ///< of moving supports on the masses [J]
   double damped = 0.0;               ///< energy lost in dampers [J]
+  double radiated = 0.0;             ///< energy lost into motions that a reduced model leaves out [J]
 };
 
 /// @brief Smallest distance of the line from a support, over all contact points and steps.

@@ -45,10 +45,10 @@ class EnergyBalance {
   [[nodiscard]] double load_work(const DenseOutput& step, double step_begin, double until) const;
   /// Ends a step in which changing loads brought this in [J], this rank's share.
   void end_step(double load_work) noexcept { load_work_ += load_work; }
-  /// @brief Loads jump at an instant: the line follows at once, and what that changes in its energy they have done.
-  /// @param before the instant, under the loads of the step that ends there @param[out] line after it, with moment
-  /// @note Collective: two line solves.
-  void jump(const Instant& before, std::span<const double> position, std::span<const double> velocity, LineState& line);
+  /// @brief This rank's share of the energy at an instant [J]: where loads jump the line follows at once, and what that
+  /// changes they have done. @param[out] line then, with moment @note Collective: a line solve.
+  [[nodiscard]] double energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,
+                              LineState& line);
 
   /// @brief Makes the ledger of a row. @param[in,out] besides is added up over the ranks in the same reduction
   /// @note Collective: two reductions. @throws SolveError if the balance is off, dampers have given energy, or an

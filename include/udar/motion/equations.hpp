@@ -48,9 +48,11 @@ class Equations {
   /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
   /// a line in contact
   Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
-            std::unique_ptr<LineContact> contact = nullptr);
+            std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {});
 
   [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
+  /// Besides, of each flexible mode, the last of all that follow; empty: none.
+  [[nodiscard]] const std::vector<double>& damping_ratio() const noexcept { return damping_ratio_; }
 
   /// Null where nothing holds the line.
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
@@ -90,6 +92,7 @@ class Equations {
   FilteredStructure* line_;
   const Loads* loads_;
   Damping damping_;
+  std::vector<double> damping_ratio_;
   std::unique_ptr<LineContact> line_contact_;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity

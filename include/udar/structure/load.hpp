@@ -50,12 +50,17 @@ class Loads {
   [[nodiscard]] const std::vector<double>& kinks() const noexcept { return kinks_; }
 
   struct LocalLoad {
+    std::size_t number = 0;  ///< of the load of the whole structure
     PetscInt local_node = 0;
     double share = 1.0;  ///< of the force that this node takes
     NodalLoad table;
   };
   /// The time-dependent loads on this rank.
   [[nodiscard]] const std::vector<LocalLoad>& local() const noexcept { return local_; }
+  /// Loads of the whole structure, weight not counted.
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+  /// Weight [N], one value per local node; empty: none.
+  [[nodiscard]] std::span<const double> weight() const noexcept { return weight_; }
   /// How many kinks are not after time t: between two of them all rates are constant.
   [[nodiscard]] std::size_t interval(double time) const;
   /// Whether any load of the whole structure changes in time.
@@ -94,6 +99,7 @@ class Loads {
   double gravity_;
   std::vector<double> weight_;  // empty without gravity
   std::size_t nodes_ = 0;
+  std::size_t count_ = 0;
   std::vector<LocalLoad> local_;
   std::vector<double> kinks_;
   std::vector<double> jumps_;  // ascending [s]

@@ -24,9 +24,10 @@ ENERGY_LINES = (
     ("support_springs", "springs of the supports", GREEN, ":"),
     ("support_work", "brought in by moving supports", SKY, ":"),
     ("lost_in_dampers", "lost in dampers", PURPLE, ":"),
+    ("radiated", "radiated into modes left out", ORANGE, ":"),
     ("total", "total", BLACK, "--"),
 )
-SELDOM = ("load_work", "support_springs", "support_work", "lost_in_dampers")  # shown where there is any
+SELDOM = ("load_work", "support_springs", "support_work", "lost_in_dampers", "radiated")  # shown where there is any
 
 
 def match_gauge(run, x):

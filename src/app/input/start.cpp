@@ -33,6 +33,8 @@ StartInput read_start(MPI_Comm comm) {
   group.real("-damping_stiffness", input.damping.stiffness, "s", petsc::non_negative(),
              "beta of Rayleigh damping: a force beta wf^2 M d(Ym'), d(Ym') the stretch that these velocities alone "
              "give the line; ratio beta lambda / 2 of a mode lambda; the same, with -contact_surface mass");
+  group.reals("-damping_ratio", input.damping_ratio, "-", petsc::non_negative(),
+              "of each flexible mode, the last for all that follow; for -ts_type modal");
   if (!shape.empty()) {
     const io::Table table =
         io::read_table(comm, "initial shape", shape, {.names = {"x [m]", "offset [m]", "velocity [m/s]"}});

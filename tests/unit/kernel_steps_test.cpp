@@ -1,0 +1,254 @@
+// ranks: 1; size: short
+/// @file
+/// Steps of even forces against closed forms, exact phases and their own energy.
+
+#include "udar/modal/kernel_steps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "udar/modal/exact_phases.hpp"
+#include "udar/modal/reduced_model.hpp"
+
+namespace udar {
+namespace {
+
+constexpr double kGravity = 9.81;
+constexpr double kMass = 2500.0;  // [kg]
+constexpr double kCompliance = 3e-7;
+
+/// A beam of two rigid modes over one support in its middle.
+ReducedModel over_centre(double compliance, double give) {
+  return {.frequency = {0.0, 0.0}, .row = {1.0 / std::sqrt(kMass), 0.0}, .compliance = {compliance}, .give = {give}};
+}
+
+Drive weight(double gravity) { return {.load = {-gravity * std::sqrt(kMass), 0.0}, .offset = {0.0}}; }
+
+/// Falling at the support [m/s].
+ModalState falling(double speed) {
+  ModalState state{2, 1};
+  state.velocity[0] = -speed * std::sqrt(kMass);
+  return state;
+}
+
+double speed_of(const ModalMotion& motion) { return motion.now().velocity[0] / std::sqrt(kMass); }
+
+void go(ModalMotion& motion, double until) {
+  while (motion.now().time < until) {
+    motion.advance(until);
+  }
+}
+
+/// A spring beside a damper, z = omega lag / 2, throws a mass back where it no longer pushes, at this share of the
+/// speed.
+double rebound(double z) { return std::exp(-z * (std::numbers::pi - 2.0 * std::asin(z)) / std::sqrt(1.0 - z * z)); }
+
+TEST(KernelSteps, ALagTakesWhatItsClosedFormSays) {
+  const double omega = 1.0 / std::sqrt(kMass * kCompliance);
+  EXPECT_NEAR(rebound(0.05), 0.8587581018, 1e-10);
+  EXPECT_NEAR(rebound(0.1), 0.7440793977, 1e-10);
+  EXPECT_NEAR(rebound(0.3), 0.4509754529, 1e-10);
+  for (const double z : {0.05, 0.1, 0.3}) {
+    ReducedModel rest = over_centre(kCompliance, 0.0);
+    rest.rest_lag = 2.0 * z / omega;
+    ReducedModel support = over_centre(1e-6 * kCompliance, kCompliance);
+    support.support_lag = {2.0 * z / omega};
+    for (const ReducedModel& model : {rest, support}) {
+      double last = 1.0;
+      for (const double tolerance : {1e-3, 1e-5, 1e-7}) {
+        KernelSteps motion{model, tolerance};
+        motion.start(falling(4.0), weight(0.0));
+        go(motion, 0.2);
+        const double error = std::abs(speed_of(motion) / (4.0 * rebound(z)) - 1.0);
+        EXPECT_LE(error, std::max(0.5 * last, 1e-5)) << z << ' ' << tolerance << ' ' << model.rest_lag;
+        last = error;
+      }
+      EXPECT_LE(last, 1e-5) << z;
+    }
+  }
+}
+
+TEST(KernelSteps, BooksWhatIsLost) {
+  for (const bool in_rest : {true, false}) {
+    ReducedModel model = over_centre(kCompliance, in_rest ? 0.0 : kCompliance);
+    (in_rest ? model.rest_lag : model.support_lag.emplace_back()) = 1e-3;
+    KernelSteps motion{model, 1e-6};
+    const Drive drive = weight(kGravity);
+    motion.start(falling(4.0), drive);
+    const double before = modal_energy(model, drive, motion.now()).total();
+    double lost = 0.0;
+    while (motion.now().time < 0.5) {
+      const double end = motion.advance(0.5);
+      lost += in_rest ? motion.flow(end).radiated : motion.flow(end).in_supports;
+    }
+    EXPECT_GT(lost, 0.04 * before);
+    EXPECT_NEAR(modal_energy(model, drive, motion.now()).total() + lost, before, 1e-5 * before);
+  }
+}
+
+/// Six modes over four supports: rigid motions, and waves of a free line.
+ReducedModel table(double give) {
+  ReducedModel model;
+  model.frequency = {0.0, 0.0, 60.0, 170.0, 330.0, 540.0};
+  const std::vector<double> places{-0.8, -0.3, 0.3, 0.8};
+  for (const double x : places) {
+    for (std::size_t m = 0; m < 6; ++m) {
+      const double shape =
+          m == 0   ? 1.0
+          : m == 1 ? std::numbers::sqrt3 * x
+                   : std::numbers::sqrt2 * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
+      model.row.push_back(shape / std::sqrt(kMass));
+    }
+  }
+  model.compliance.assign(16, 0.0);
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      model.compliance[i * 4 + j] = 2e-9 * std::exp(-3.0 * std::abs(places[i] - places[j]));
+    }
+  }
+  model.give.assign(4, give);
+  return model;
+}
+
+std::pair<ModalState, Drive> tilted() {
+  ModalState state{6, 4};
+  state.velocity[0] = -3.0 * std::sqrt(kMass);
+  state.velocity[1] = 0.4 * std::sqrt(kMass);
+  Drive drive{.load = std::vector<double>(6, 0.0), .offset = {0.01, 0.02, 0.03, 0.04}};
+  drive.load[0] = -kGravity * std::sqrt(kMass);
+  return {state, drive};
+}
+
+TEST(KernelSteps, ApproachExactPhases) {
+  const ReducedModel model = table(1e-8);
+  const auto [state, drive] = tilted();
+  ExactPhases exact{model};
+  exact.start(state, drive);
+  go(exact, 0.1);
+  double last = 1.0;
+  for (const double tolerance : {1e-3, 1e-5, 1e-7}) {
+    KernelSteps motion{model, tolerance};
+    motion.start(state, drive);
+    const double before = modal_energy(model, drive, motion.now()).total();
+    go(motion, 0.1);
+    double error = 0.0;
+    for (std::size_t m = 0; m < 6; ++m) {
+      error = std::max(error, std::abs(motion.now().amplitude[m] - exact.now().amplitude[m]) / std::sqrt(kMass));
+    }
+    EXPECT_LE(error, 0.3 * last) << tolerance;
+    EXPECT_NEAR(modal_energy(model, drive, motion.now()).total(), before, 10.0 * tolerance * before);
+    last = error;
+  }
+  EXPECT_LE(last, 1e-6);  // [m]
+}
+
+TEST(KernelSteps, WithinAStepIsWhatTheStepSays) {
+  ReducedModel model = table(1e-8);
+  model.ratio.assign(6, 0.02);
+  model.support_lag.assign(4, 1e-4);
+  model.rest_lag = 1e-4;
+  const auto [state, drive] = tilted();
+  KernelSteps motion{model, 1e-4};
+  motion.start(state, drive);
+  while (motion.now().time < 0.03) {
+    motion.advance(0.03);
+  }
+  const double end = motion.now().time;
+  const double just_before = std::nextafter(end, 0.0);
+  const ModalState now = motion.at(just_before);
+  for (std::size_t m = 0; m < 6; ++m) {
+    EXPECT_NEAR(now.amplitude[m], motion.now().amplitude[m], 1e-12);
+    EXPECT_NEAR(now.velocity[m], motion.now().velocity[m], 1e-9);
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(now.rest_force[i], motion.now().rest_force[i], 1e-3);
+    EXPECT_NEAR(now.give[i], motion.now().give[i], 1e-12);
+    EXPECT_NEAR(motion.flow(just_before).impulse[i], motion.flow(end).impulse[i], 1e-6);
+  }
+  EXPECT_NEAR(motion.flow(just_before).in_modes, motion.flow(end).in_modes, 1e-6);
+  EXPECT_NEAR(motion.flow(just_before).radiated, motion.flow(end).radiated, 1e-6);
+}
+
+TEST(KernelSteps, DampedModesFallIdle) {
+  ReducedModel model = over_centre(kCompliance, 0.0);
+  model.frequency = {0.0, 100.0};
+  model.ratio = {0.0, 0.01};
+  ModalState state{2, 1};
+  state.amplitude = {10.0, 1.0};
+  KernelSteps motion{model, 1e-4};
+  const Drive drive = weight(0.0);
+  motion.start(state, drive);
+  EXPECT_EQ(motion.advance(1.0), 1.0);  // one flight
+  const double damped = 100.0 * std::sqrt(1.0 - 1e-4);
+  EXPECT_NEAR(motion.now().amplitude[1], std::exp(-1.0) * (std::cos(damped) + 1.0 / damped * std::sin(damped)), 1e-13);
+  EXPECT_NEAR(motion.flow(1.0).in_modes + modal_energy(model, drive, motion.now()).total(), 0.5 * 1e4, 1e-9);
+}
+
+TEST(KernelSteps, ASupportThatRisesDoesItsWork) {
+  // At rest on a spring whose foot goes by a t^2 / 2: y'' = -omega^2 (y - s).
+  const ReducedModel model = over_centre(kCompliance, 0.0);
+  const double omega = 1.0 / std::sqrt(kMass * kCompliance);
+  const double a = 2.0;
+  Drive drive = weight(kGravity);
+  drive.retreat = {{0.0, 0.0, -0.5 * a, 0.0}};
+  ModalState state{2, 1};
+  state.amplitude[0] = -kMass * kGravity * kCompliance * std::sqrt(kMass);
+  double last = 1.0;
+  for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
+    KernelSteps motion{model, tolerance};
+    motion.start(state, drive);
+    const double before = modal_energy(model, drive, motion.now()).total();
+    double work = 0.0;
+    while (motion.now().time < 0.1) {
+      const double end = motion.advance(0.1);
+      work += motion.flow(end).support_work;
+    }
+    const double rise = 0.5 * a * 0.01 - a / (omega * omega) * (1.0 - std::cos(omega * 0.1));
+    const double error = std::abs((motion.now().amplitude[0] - state.amplitude[0]) / std::sqrt(kMass) / rise - 1.0);
+    EXPECT_LE(error, std::max(0.5 * last, 1e-9)) << tolerance;
+    EXPECT_NEAR(modal_energy(model, drive, motion.now()).total() - before, work, 10.0 * tolerance * work);
+    last = error;
+  }
+  EXPECT_LE(last, 1e-6);
+}
+
+TEST(KernelSteps, AFaceThatComesToABeamInTheAirIsMetInTime) {
+  const ReducedModel model = over_centre(kCompliance, 0.0);
+  Drive drive = weight(0.0);
+  drive.offset = {1.0};
+  drive.retreat = {{0.0, 0.0, 0.0, -8.0}};  // 1 = 8 t^3
+  KernelSteps motion{model, 1e-4};
+  motion.start(ModalState{2, 1}, drive);
+  motion.advance(1.0);
+  ASSERT_FALSE(motion.contacts().empty());
+  EXPECT_NEAR(motion.contacts().front().from, 0.5, 1e-12);
+}
+
+TEST(KernelSteps, GoOnBitForBit) {
+  ReducedModel model = table(1e-8);
+  model.rest_lag = 1e-4;
+  const auto [state, drive] = tilted();
+  KernelSteps whole{model, 1e-4};
+  whole.start(state, drive);
+  whole.advance(0.2);
+  const double there = whole.now().time;
+  KernelSteps rest{model, 1e-4};
+  rest.resume(whole.memory(), drive, there);
+  go(whole, 0.2);
+  go(rest, 0.2);
+  EXPECT_EQ(whole.now().amplitude, rest.now().amplitude);
+  EXPECT_EQ(whole.now().rest_force, rest.now().rest_force);
+  const double last = whole.now().time;
+  whole.advance(0.25);
+  whole.take_back();
+  EXPECT_EQ(whole.now().time, last);
+  EXPECT_EQ(whole.now().amplitude, rest.now().amplitude);
+}
+
+}  // namespace
+}  // namespace udar
