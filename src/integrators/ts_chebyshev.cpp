@@ -12,6 +12,7 @@
 #include "udar/integrators/free_motion.hpp"
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/series_search.hpp"
+#include "udar/integrators/touching_points.hpp"
 #include "udar/numerics/bernstein.hpp"
 #include "udar/numerics/roots.hpp"
 #include "udar/petsc/array.hpp"
@@ -74,6 +75,9 @@ class Chebyshev final : public ProblemIntegrator {
       std::ranges::copy(next_.velocity, state.values() + count_);
     }
     leave_step(length_, next_step());
+    if (points_) {
+      points_->write_journal(*motion_, length_);
+    }
     return true;
   }
 
@@ -84,7 +88,13 @@ class Chebyshev final : public ProblemIntegrator {
                                      static_cast<int>(terms_), static_cast<int>(located_)));
   }
 
-  void start(const LineState& line) override { take_up(line); }
+  void start(const LineState& line) override {
+    take_up(line);
+    if (points_) {
+      const petsc::ReadArray state{state_};
+      points_->start(line_, {state.values(), count_}, {state.values() + count_, count_});
+    }
+  }
   /// A step goes as far as its terms reach, and for ever if the motion is rigid.
   [[nodiscard]] double next_step() const override { return std::numeric_limits<double>::max(); }
 
@@ -123,14 +133,33 @@ class Chebyshev final : public ProblemIntegrator {
     constexpr double kStep = 112.0;
     return (kTerm * terms_ + kStep * own_steps_) * static_cast<double>(count_);
   }
-  void save(MotionState& state) const override { save_line(line_, state); }
-  void restore(const MotionState& state) override { take_up(saved_line(state, count_)); }
+  [[nodiscard]] bool add_impulses(double until, std::span<double> sums) const override {
+    if (points_ && stepped_) {
+      points_->add_impulses(*motion_, std::clamp(until - begin_, 0.0, length_), sums);
+    }
+    return points_.has_value();
+  }
+  void save(MotionState& state) const override {
+    save_line(line_, state);
+    if (points_) {
+      points_->save(state);
+    }
+  }
+  void restore(const MotionState& state) override {
+    take_up(saved_line(state, count_));
+    if (points_) {
+      points_->restore(state);
+    }
+  }
 
  private:
   static constexpr double kTolerance = 1e-14;
 
   void prepare() override {
-    motion_.emplace(equations_->line());
+    if (equations_->line_contact() != nullptr) {
+      points_.emplace(*equations_, *contact_, scale_);
+    }
+    motion_.emplace(equations_->line(), points_ ? &points_->line() : nullptr);
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }
   void take_up(const LineState& line) {
@@ -138,7 +167,12 @@ class Chebyshev final : public ProblemIntegrator {
     line_.moment.clear();
     begin_step();
   }
-  void take_back() override { line_ = line_before_; }
+  void take_back() override {
+    line_ = line_before_;
+    if (points_) {
+      points_->take_back();
+    }
+  }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     fields(elapsed, position, velocity);
@@ -162,6 +196,9 @@ class Chebyshev final : public ProblemIntegrator {
     const LoadRate& rate = equations_->load_rate(begin_);
     amplitude_rate_ = rate.amplitude;
     jerk_ = rate.stretch;
+    if (points_) {
+      points_->begin_step(line_, {start_, count_}, jerk_);
+    }
     for (double& value : jerk_) {
       value *= wf_ * wf_;
     }
@@ -173,6 +210,10 @@ class Chebyshev final : public ProblemIntegrator {
 
   /// Who is on a support at the end of the step.
   void meet_supports(double end) {
+    if (points_) {
+      points_->end_step(*motion_, length_);
+      return;
+    }
     std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
     for (const Candidate& candidate : candidates_) {
       if (candidate.time <= length_ + 2.0 * time_resolution(end)) {
@@ -188,7 +229,7 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// Answers to the line's motion lack the last term.
-  [[nodiscard]] std::size_t spare() const { return contact_->counts().resting > 0 ? 1 : 0; }
+  [[nodiscard]] std::size_t spare() const { return points_ || contact_->counts().resting > 0 ? 1 : 0; }
   /// What the terms at hand reach.
   [[nodiscard]] double reach() const {
     return motion_->rigid() ? kNoEvent : motion_->reach(motion_->terms() - spare(), tolerance_);
@@ -207,7 +248,9 @@ class Chebyshev final : public ProblemIntegrator {
   [[nodiscard]] double look_ahead(double step) {
     motion_->answer();
     double guess = step;
-    if (!contact_->supports().empty()) {
+    if (points_) {
+      guess = points_->any() ? 0.0 : std::min(step, points_->guess(*motion_));  // forces turn: no guess of use
+    } else if (!contact_->supports().empty()) {
       guess = guess_event(step);
     }
     std::array<double, std::tuple_size_v<FreeMotion::Sizes> + 1> most{-guess};
@@ -217,7 +260,7 @@ class Chebyshev final : public ProblemIntegrator {
     MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX,
                   equations_->points().comm());
     std::copy(most.begin() + 1, most.end(), sizes.begin());
-    if (contact_->counts().resting == 0) {
+    if (contact_->counts().resting == 0 && !(points_ && points_->any())) {
       motion_->end_if_rigid(sizes);
     }
     return -most[0];
@@ -256,6 +299,9 @@ class Chebyshev final : public ProblemIntegrator {
 
   /// Between two times of the step; infinite: none.
   [[nodiscard]] double first_event(double from, double to) {
+    if (points_) {
+      return points_->search(*motion_, from, to);
+    }
     if (contact_->supports().empty()) {
       return kNoEvent;
     }
@@ -464,6 +510,7 @@ class Chebyshev final : public ProblemIntegrator {
     }
   }
 
+  std::optional<TouchingPoints> points_;  // where supports hold the line
   PetscInt terms_max_ = 20;
   double fullest_ = 0.0;  // longest step [s]
   std::optional<FreeMotion> motion_;

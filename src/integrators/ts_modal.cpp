@@ -168,11 +168,6 @@ class Modal final : public ProblemIntegrator {
       }
     }
     const auto count = points_ != nullptr ? points_->points().size() : 0;
-    if (count > ExactPhases::kMostPoints || (points_ != nullptr && !points_->dense())) {
-      throw InputError{"ts type: modal is not allowed with " + std::to_string(count) +
-                       " contact points, expected at most " + std::to_string(ExactPhases::kMostPoints) +
-                       "; choose moreau or a filter frequency"};
-    }
     std::vector<double> work;
     std::vector<double> force(count_, 0.0);
     std::ranges::copy(equations_->loads().force(0.0, work), force.begin());

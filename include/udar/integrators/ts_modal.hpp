@@ -24,7 +24,7 @@ inline constexpr const char* kTsModal = "modal";
 /// Never a default.
 inline constexpr IntegratorType kModalType{
     .name = kTsModal,
-    .can = {Feature::unfiltered, Feature::line_contact, Feature::elastic_supports},
+    .can = {Feature::unfiltered, Feature::line_contact, Feature::elastic_line},
     .knows =
         "it holds the undamped, unfiltered beam off at most 8 points of supports that stand still, rigid or on "
         "springs, without losses",
