@@ -168,6 +168,29 @@ void LineContact::sum(std::vector<double>& values) const {
                 line_->points().comm());
 }
 
+void LineContact::keep_responses() {
+  std::vector<std::vector<double>> responses(points_.size(), zero_);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    std::vector<double> unit(points_.size(), 0.0);
+    unit[i] = 1.0;
+    const std::array<double*, 1> stretch{responses[i].data()};
+    add(unit, stretch, {});
+  }
+  responses_ = std::move(responses);
+}
+
+void LineContact::add_responses(std::span<const double> force, std::span<double* const> stretch) const {
+  const std::size_t columns = stretch.size();
+  for (std::size_t point = 0; point < points_.size(); ++point) {
+    for (std::size_t k = 0; k < columns; ++k) {
+      const double pressed = force[point * columns + k];
+      for (std::size_t i = 0; pressed != 0.0 && i < zero_.size(); ++i) {
+        stretch[k][i] += pressed * responses_[point][i];
+      }
+    }
+  }
+}
+
 void LineContact::add(std::span<const double> force, std::span<double* const> stretch,
                       std::span<double* const> moment) {
   int any = std::ranges::any_of(force, [](double value) { return value != 0.0; }) ? 1 : 0;
@@ -175,6 +198,10 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
     MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, line_->points().comm());
   }
   if (any == 0) {
+    return;
+  }
+  if (!responses_.empty() && moment.empty()) {
+    add_responses(force, stretch);
     return;
   }
   const std::size_t columns = stretch.size();

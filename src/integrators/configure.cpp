@@ -31,12 +31,14 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 8> kFeatureNames{{
+constexpr std::array<FeatureName, 10> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
     {Feature::moving_supports, "support motion", "supports that move (`support motion`)", "none"},
     {Feature::elastic_supports, "support stiffness", "supports that give way (`support stiffness`)", "inf [N/m]"},
+    {Feature::elastic_line, "support stiffness", "supports that give way (`support stiffness`)", "inf [N/m]"},
+    {Feature::many_points, "contact surface", "more than 8 contact points on the line (`support width`)", "mass"},
     {Feature::mass_damping, "damping mass", "damping of the masses (`damping mass`)", "0 [1/s]"},
     {Feature::stiffness_damping, "damping stiffness", "damping of the line (`damping stiffness`)", "0 [s]"},
     {Feature::modal_damping, "damping ratio", "damping of each mode (`damping ratio`)", "none"},
@@ -84,7 +86,7 @@ TSType default_type(const ImpactProblem& problem, Features needed) {
   beam.add(needed.has(Feature::unfiltered) ? Feature::unfiltered : Feature::filtered);
   for (const Features must : {needed, beam}) {
     for (const IntegratorType& type : kTypes) {
-      if (type.can.covers(must) && nodes <= type.default_up_to) {
+      if (type.can.covers(must) && nodes <= type.default_up_to && !needed.meets(type.default_without)) {
         return type.name;
       }
     }
@@ -181,13 +183,16 @@ void register_integrators() {
 Features needed_features(const ImpactProblem& problem) {
   const Equations& equations = *problem.equations;
   Features needed{equations.filtered() ? Feature::filtered : Feature::unfiltered};
-  needed.add(Feature::line_contact, equations.line_contact() != nullptr);
+  const LineContact* const line = equations.line_contact();
+  const bool on_line = line != nullptr;
+  needed.add(Feature::line_contact, on_line);
+  needed.add(Feature::many_points, on_line && (!line->dense() || line->points().size() > kFewPoints));
   needed.add(Feature::mass_damping, equations.damping().mass != 0.0);
   needed.add(Feature::stiffness_damping, equations.damping().stiffness != 0.0);
   needed.add(Feature::modal_damping, !equations.damping_ratio().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
-    needed.add(Feature::elastic_supports, support.elastic());
+    needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic());
   }
   return needed;
 }

@@ -2,9 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace udar {
 namespace {
+
+// An answer this small beside the motion is the rounding of a line solve (measured: docs/theory.md).
+constexpr double kAnswerRounding = 16.0 * std::numeric_limits<double>::epsilon();
+
+double largest_of(std::span<const double> values) {
+  double largest = 0.0;
+  for (const double value : values) {
+    largest = std::max(largest, std::abs(value));
+  }
+  return largest;
+}
 
 /// J_0(z) ... J_(2 pairs - 1)(z) by Miller's downward recurrence.
 std::vector<double> bessel(double z, std::size_t pairs) {
@@ -46,8 +58,9 @@ std::vector<double> bessel(double z, std::size_t pairs) {
 
 }  // namespace
 
-FreeMotion::FreeMotion(FilteredStructure& line)
+FreeMotion::FreeMotion(FilteredStructure& line, HeldLine* held)
     : line_{&line},
+      held_{held},
       bound_{line.frequency_bound()},
       gain_{line.filter_frequency() * line.filter_frequency() / (bound_ * bound_)},
       count_{line.mass().size()} {}
@@ -68,6 +81,9 @@ double FreeMotion::reach(std::size_t terms, double tolerance) const {
 FreeMotion::Weights FreeMotion::weights(int derivative, double time) const {
   // The coefficient of T_k in the n-fold integral of cos(t sqrt(A)) is (2 - delta_k0) (-1)^k wf^-n times the n-fold
   // integral of J_2k, by  integral of J_m = 2 (J_(m+1) + J_(m+3) + ...).
+  if (rigid_) {
+    return rigid_weights(derivative, time);
+  }
   const double wf = bound_;
   const double z = wf * time;
   const std::size_t pairs = terms_ + 30 + static_cast<std::size_t>(0.5 * z);
@@ -109,9 +125,25 @@ FreeMotion::Weights FreeMotion::weights(int derivative, double time) const {
   return result;
 }
 
+/// Of A = 0: powers of time.
+FreeMotion::Weights FreeMotion::rigid_weights(int derivative, double time) const {
+  Weights result;
+  for (int s = 0; s < static_cast<int>(sequences_); ++s) {
+    double power = derivative <= s + 1 ? 1.0 : 0.0;
+    for (int n = 1; n <= s + 1 - derivative; ++n) {
+      power *= time / static_cast<double>(n);
+    }
+    result.values_.push_back(power);
+  }
+  return result;
+}
+
 void FreeMotion::start(const Start& start) {
   sequences_ = start.jerk.empty() ? 2 : 3;
   terms_ = 1;
+  answered_ = 0;
+  rigid_ = false;
+  rows_.clear();
   resting_.clear();
   for (std::size_t i = 0; i < start.resting.size(); ++i) {
     if (start.resting[i] != 0) {
@@ -133,24 +165,53 @@ void FreeMotion::start(const Start& start) {
   }
 }
 
-void FreeMotion::extend(std::size_t terms) {
+void FreeMotion::answer() {
+  if (answered_ == terms_) {
+    return;
+  }
   std::array<FilterColumn, 3> columns;
-  for (; terms_ < terms; ++terms_) {
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    columns[s] = {.displacement = stored_[s][terms_ - 1].data(), .stretch = stretch_[s].data()};
+  }
+  line_->solve({columns.data(), sequences_});
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    const std::span<const double> amplitudes = line_->amplitudes(s);
+    amplitudes_[s].insert(amplitudes_[s].end(), amplitudes.begin(), amplitudes.end());
+  }
+  if (held_ != nullptr) {
+    held_->hold({columns.data(), sequences_}, rows_.emplace_back());
+  }
+  answered_ = terms_;
+}
+
+FreeMotion::Sizes FreeMotion::first_sizes() const {
+  Sizes sizes{};
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    sizes[s] = largest_of(stored_[s][0]);
+    sizes[sequences_ + s] = largest_of(stretch_[s]);
+  }
+  return sizes;
+}
+
+void FreeMotion::end_if_rigid(const Sizes& sizes) {
+  rigid_ = true;
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    rigid_ = rigid_ && sizes[sequences_ + s] <= kAnswerRounding * sizes[s];
+  }
+}
+
+void FreeMotion::extend(std::size_t terms) {
+  for (; terms_ < terms && !rigid_; ++terms_) {
     const std::size_t k = terms_;
+    answer();
+    // X p = -p - 2 d(p) (times the square of wf over a larger bound), then T_(k+1) = 2 X T_k - T_(k-1).
     for (std::size_t s = 0; s < sequences_; ++s) {
-      columns[s] = {.displacement = stored_[s][k - 1].data(), .stretch = stretch_[s].data()};
       if (stored_[s].size() <= k) {
         stored_[s].emplace_back(count_);
       }
-    }
-    line_->solve({columns.data(), sequences_});
-    // X p = -p - 2 d(p) (times the square of wf over a larger bound), then T_(k+1) = 2 X T_k - T_(k-1).
-    for (std::size_t s = 0; s < sequences_; ++s) {
       const double* now = stored_[s][k - 1].data();
       const double* before = stored_[s][k > 1 ? k - 2 : 0].data();
       const double* stretch = stretch_[s].data();
-      const std::span<const double> amplitudes = line_->amplitudes(s);
-      amplitudes_[s].insert(amplitudes_[s].end(), amplitudes.begin(), amplitudes.end());
       double* next = stored_[s][k].data();
       const double factor = k == 1 ? -1.0 : -2.0;
       const double share = k == 1 ? 0.0 : 1.0;
@@ -211,6 +272,16 @@ double FreeMotion::stretch(const Weights& weights, std::size_t node) const {
   for (std::size_t s = 0; s < sequences_; ++s) {
     for (std::size_t k = 0; k + 1 < terms_; ++k) {
       sum += weights.values_[s * terms_ + k] * resting_stretch_[s][k * resting_.size() + found];
+    }
+  }
+  return sum;
+}
+
+double FreeMotion::row(const Weights& weights, std::size_t point) const {
+  double sum = 0.0;
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+      sum += weights.values_[s * terms_ + k] * rows_[k][s * held_->points() + point];
     }
   }
   return sum;

@@ -6,12 +6,15 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "udar/integrators/free_motion.hpp"
 #include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/series_search.hpp"
+#include "udar/integrators/touching_points.hpp"
 #include "udar/numerics/bernstein.hpp"
 #include "udar/numerics/roots.hpp"
-#include "udar/numerics/step_polynomial.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/log.hpp"
@@ -21,14 +24,9 @@ namespace {
 
 constexpr double kNoEvent = std::numeric_limits<double>::infinity();
 
-// Search grid in units of 1 / wf: coarse points tell whether a node comes near its support, and where it does, a
-// quintic through fine points is off by less than 1e-10 v / wf (docs/theory.md).
-constexpr double kCoarse = 0.5;
-constexpr int kFine = 4;
 // Terms added at a time while no event is found.
 constexpr std::size_t kStage = 3;
 constexpr std::size_t kFewestTerms = 4;
-constexpr int kNewtonSteps = 20;
 
 class Chebyshev final : public ProblemIntegrator {
  public:
@@ -45,10 +43,15 @@ class Chebyshev final : public ProblemIntegrator {
                        " is not allowed, expected an integer from 6 to 400"};
     }
     set_default_tolerance(stepper, kTolerance);
+    PetscBool step_given = PETSC_FALSE;
+    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_dt", &step_given));
+    if (step_given == PETSC_FALSE) {
+      UDAR_CALL(TSSetTimeStep(stepper, next_step()));
+    }
   }
 
   bool advance() override {
-    const double step = enter_step(fullest_);
+    const double step = enter_step(kNoEvent);
     if (line_.stretch.empty()) {
       equations_->evaluate(begin_, {start_, count_}, line_);
     }
@@ -65,24 +68,16 @@ class Chebyshev final : public ProblemIntegrator {
     LineState line;
     equations_->evaluate({end, begin_}, next_.position, line);
     line_before_ = std::exchange(line_, std::move(line));
-    std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
-    for (const Candidate& candidate : candidates_) {
-      if (candidate.time <= length_ + 2.0 * time_resolution(end)) {
-        due[candidate.node] = candidate.set->support + 1;
-      }
-    }
-    contact_->resolve({.time = end,
-                       .due = due,
-                       .acceleration = wf_ * wf_,
-                       .position = next_.position,
-                       .velocity = next_.velocity,
-                       .stretch = line_.stretch});
+    meet_supports(end);
     {
       const petsc::WriteArray state{state_};
       std::ranges::copy(next_.position, state.values());
       std::ranges::copy(next_.velocity, state.values() + count_);
     }
-    leave_step(length_, fullest_);
+    leave_step(length_, next_step());
+    if (points_) {
+      points_->write_journal(*motion_, length_);
+    }
     return true;
   }
 
@@ -94,11 +89,14 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   void start(const LineState& line) override {
-    line_ = line;
-    line_.moment.clear();
-    begin_step();
+    take_up(line);
+    if (points_) {
+      const petsc::ReadArray state{state_};
+      points_->start(line_, {state.values(), count_}, {state.values() + count_, count_});
+    }
   }
-  [[nodiscard]] double next_step() const override { return fullest_; }
+  /// A step goes as far as its terms reach, and for ever if the motion is rigid.
+  [[nodiscard]] double next_step() const override { return std::numeric_limits<double>::max(); }
 
   [[nodiscard]] double line_integral(std::size_t node, double until) const override {
     if (!stepped_) {
@@ -135,17 +133,46 @@ class Chebyshev final : public ProblemIntegrator {
     constexpr double kStep = 112.0;
     return (kTerm * terms_ + kStep * own_steps_) * static_cast<double>(count_);
   }
-  void save(MotionState& state) const override { save_line(line_, state); }
-  void restore(const MotionState& state) override { start(saved_line(state, count_)); }
+  [[nodiscard]] bool add_impulses(double until, std::span<double> sums) const override {
+    if (points_ && stepped_) {
+      points_->add_impulses(*motion_, std::clamp(until - begin_, 0.0, length_), sums);
+    }
+    return points_.has_value();
+  }
+  void save(MotionState& state) const override {
+    save_line(line_, state);
+    if (points_) {
+      points_->save(state);
+    }
+  }
+  void restore(const MotionState& state) override {
+    take_up(saved_line(state, count_));
+    if (points_) {
+      points_->restore(state);
+    }
+  }
 
  private:
   static constexpr double kTolerance = 1e-14;
 
   void prepare() override {
-    motion_.emplace(equations_->line());
+    if (equations_->line_contact() != nullptr) {
+      points_.emplace(*equations_, *contact_, scale_);
+    }
+    motion_.emplace(equations_->line(), points_ ? &points_->line() : nullptr);
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }
-  void take_back() override { line_ = line_before_; }
+  void take_up(const LineState& line) {
+    line_ = line;
+    line_.moment.clear();
+    begin_step();
+  }
+  void take_back() override {
+    line_ = line_before_;
+    if (points_) {
+      points_->take_back();
+    }
+  }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     fields(elapsed, position, velocity);
@@ -159,11 +186,6 @@ class Chebyshev final : public ProblemIntegrator {
     std::size_t node;
     double time;  // since the start of the step [s]
   };
-  /// Weights of displacement, velocity and acceleration at one time of the search.
-  struct Sample {
-    double time;
-    std::array<FreeMotion::Weights, 3> weights;
-  };
 
   void start_motion() {
     acceleration_.resize(count_);
@@ -174,6 +196,9 @@ class Chebyshev final : public ProblemIntegrator {
     const LoadRate& rate = equations_->load_rate(begin_);
     amplitude_rate_ = rate.amplitude;
     jerk_ = rate.stretch;
+    if (points_) {
+      points_->begin_step(line_, {start_, count_}, jerk_);
+    }
     for (double& value : jerk_) {
       value *= wf_ * wf_;
     }
@@ -183,47 +208,80 @@ class Chebyshev final : public ProblemIntegrator {
                     .resting = contact_->resting_supports()});
   }
 
-  /// What the terms at hand reach; resting masses lack the last term.
+  /// Who is on a support at the end of the step.
+  void meet_supports(double end) {
+    if (points_) {
+      points_->end_step(*motion_, length_);
+      return;
+    }
+    std::vector<std::int32_t> due(candidates_.empty() ? 0 : count_, 0);
+    for (const Candidate& candidate : candidates_) {
+      if (candidate.time <= length_ + 2.0 * time_resolution(end)) {
+        due[candidate.node] = candidate.set->support + 1;
+      }
+    }
+    contact_->resolve({.time = end,
+                       .due = due,
+                       .acceleration = wf_ * wf_,
+                       .position = next_.position,
+                       .velocity = next_.velocity,
+                       .stretch = line_.stretch});
+  }
+
+  /// Answers to the line's motion lack the last term.
+  [[nodiscard]] std::size_t spare() const { return points_ || contact_->counts().resting > 0 ? 1 : 0; }
+  /// What the terms at hand reach.
   [[nodiscard]] double reach() const {
-    return motion_->reach(motion_->terms() - (contact_->counts().resting > 0 ? 1 : 0), tolerance_);
+    return motion_->rigid() ? kNoEvent : motion_->reach(motion_->terms() - spare(), tolerance_);
   }
   [[nodiscard]] std::size_t terms_for(double time) const {
     const auto most = static_cast<std::size_t>(terms_max_);
-    const std::size_t spare = contact_->counts().resting > 0 ? 1 : 0;
     std::size_t terms = kFewestTerms;
-    while (terms < most && motion_->reach(terms - spare, tolerance_) < time) {
+    while (terms < most && motion_->reach(terms - spare(), tolerance_) < time) {
       ++terms;
     }
     return terms;
   }
 
+  /// Asks the line for its answer to the first terms, which tells whether the motion is rigid. @return when an event is
+  /// to be expected, at the latest after `step`
+  [[nodiscard]] double look_ahead(double step) {
+    motion_->answer();
+    double guess = step;
+    if (points_) {
+      guess = points_->any() ? 0.0 : std::min(step, points_->guess(*motion_));  // forces turn: no guess of use
+    } else if (!contact_->supports().empty()) {
+      guess = guess_event(step);
+    }
+    std::array<double, std::tuple_size_v<FreeMotion::Sizes> + 1> most{-guess};
+    FreeMotion::Sizes sizes = motion_->first_sizes();
+    std::ranges::copy(sizes, most.begin() + 1);
+    const petsc::LogScope reduction{petsc::log_events().reduction};
+    MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX,
+                  equations_->points().comm());
+    std::copy(most.begin() + 1, most.end(), sizes.begin());
+    if (contact_->counts().resting == 0 && !(points_ && points_->any())) {
+      motion_->end_if_rigid(sizes);
+    }
+    return -most[0];
+  }
+
   /// Adds terms until the first event or `step` is reached; sets the length of the step and its candidates.
   void find_end(double step) {
     const petsc::LogScope contact{petsc::log_events().contact};
-    const MPI_Comm comm = equations_->points().comm();
     candidates_.clear();
-    const bool supported = !contact_->supports().empty();
-    double guess = supported ? guess_event(step) : step;
-    if (supported) {
-      const petsc::LogScope reduction{petsc::log_events().reduction};
-      MPI_Allreduce(MPI_IN_PLACE, &guess, 1, MPI_DOUBLE, MPI_MIN, comm);
+    const double guess = look_ahead(step);
+    if (!motion_->rigid()) {
+      step = std::min(step, fullest_);
     }
     std::size_t terms = terms_for(std::min(guess, step));
     double searched = 0.0;
     for (;;) {
       motion_->extend(terms);
-      const bool all = terms >= static_cast<std::size_t>(terms_max_);
+      const bool all = motion_->rigid() || terms >= static_cast<std::size_t>(terms_max_);
       const double horizon = std::min(reach(), step);
       length_ = horizon;
-      double event = kNoEvent;
-      if (supported) {
-        search(searched, horizon);
-        for (const Candidate& candidate : candidates_) {
-          event = std::min(event, candidate.time);
-        }
-        const petsc::LogScope reduction{petsc::log_events().reduction};
-        MPI_Allreduce(MPI_IN_PLACE, &event, 1, MPI_DOUBLE, MPI_MIN, comm);
-      }
+      const double event = first_event(searched, horizon);
       if (event <= horizon) {
         length_ = std::max(event, 0.0);
         ++located_;
@@ -239,27 +297,35 @@ class Chebyshev final : public ProblemIntegrator {
     ++own_steps_;
   }
 
+  /// Between two times of the step; infinite: none.
+  [[nodiscard]] double first_event(double from, double to) {
+    if (points_) {
+      return points_->search(*motion_, from, to);
+    }
+    if (contact_->supports().empty()) {
+      return kNoEvent;
+    }
+    search(from, to);
+    double event = kNoEvent;
+    for (const Candidate& candidate : candidates_) {
+      event = std::min(event, candidate.time);
+    }
+    const petsc::LogScope reduction{petsc::log_events().reduction};
+    MPI_Allreduce(MPI_IN_PLACE, &event, 1, MPI_DOUBLE, MPI_MIN, equations_->points().comm());
+    return event;
+  }
+
   /// When a contact node could meet its support if its acceleration stayed: where the search aims first.
   [[nodiscard]] double guess_event(double step) const {
     double first = step;
     for (const ContactSet& set : contact_->sets()) {
       for (std::size_t node = set.first; node < set.last; ++node) {
-        const double gap = set.side * (start_[node] - set.height(node));
-        const double speed = set.side * start_[count_ + node];
-        const double pull = set.side * acceleration_[node];
         if (contact_->resting(node)) {
           continue;
         }
-        const double square = speed * speed - 2.0 * pull * gap;
-        double time = kNoEvent;
-        if (square >= 0.0) {
-          const double root = std::sqrt(square);
-          if (pull < 0.0) {
-            time = (speed + root) / -pull;
-          } else if (speed < 0.0) {
-            time = 2.0 * std::max(gap, 0.0) / (root - speed);
-          }
-        }
+        const double time = guessed_closing({.position = set.side * (start_[node] - set.height(node)),
+                                             .velocity = set.side * start_[count_ + node],
+                                             .acceleration = set.side * acceleration_[node]});
         if (time > 0.0) {
           first = std::min(first, time * (1.0 + 1e-6));
         }
@@ -268,12 +334,8 @@ class Chebyshev final : public ProblemIntegrator {
     return first;
   }
 
-  [[nodiscard]] Sample sample(double time) const {
-    return {.time = time, .weights = {motion_->weights(0, time), motion_->weights(1, time), motion_->weights(2, time)}};
-  }
-
   /// Gap, its rate and its second derivative.
-  [[nodiscard]] Kinematics gap(const ContactSet& set, std::size_t node, const Sample& at) const {
+  [[nodiscard]] Kinematics gap(const ContactSet& set, std::size_t node, const SeriesSample& at) const {
     if (at.time == 0.0) {
       return {.position = set.side * (start_[node] - set.height(node)),
               .velocity = set.side * start_[count_ + node],
@@ -286,7 +348,7 @@ class Chebyshev final : public ProblemIntegrator {
 
   /// How hard a resting mass presses, as stretch [m], and its rate [m/s]; it stays while that is above minus its
   /// resolution.
-  [[nodiscard]] std::array<double, 2> pressing(const ContactSet& set, std::size_t node, const Sample& at) const {
+  [[nodiscard]] std::array<double, 2> pressing(const ContactSet& set, std::size_t node, const SeriesSample& at) const {
     const double steady = jerk_.empty() ? 0.0 : jerk_[node] / (wf_ * wf_);
     return {-set.side * (line_.stretch[node] + steady * at.time + motion_->stretch(at.weights[0], node)),
             -set.side * (steady + motion_->stretch(at.weights[1], node))};
@@ -297,112 +359,50 @@ class Chebyshev final : public ProblemIntegrator {
     if (contact_->sets().empty() || to < from) {
       return;
     }
-    const auto intervals =
-        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil((to - from) * highest_ / kCoarse)));
-    std::vector<Sample> coarse;
-    for (std::size_t i = 0; i <= intervals; ++i) {
-      coarse.push_back(sample(from + (to - from) * static_cast<double>(i) / static_cast<double>(intervals)));
-    }
-    std::vector<std::vector<Sample>> fine(intervals);  // made where needed
+    SeriesGrid grid{*motion_, from, to, highest_};
     for (const ContactSet& set : contact_->sets()) {
       for (std::size_t node = set.first; node < set.last; ++node) {
-        if (contact_->resting(node) && !contact_->resting_on(node, set)) {
+        const bool rests = contact_->resting(node);
+        if (rests && !contact_->resting_on(node, set)) {
           continue;
         }
-        Kinematics start = gap(set, node, coarse.front());
-        for (std::size_t i = 0; i < intervals; ++i) {
-          const Kinematics end = gap(set, node, coarse[i + 1]);
-          const bool skipped = !near(set, node, start, end, coarse[i + 1].time - coarse[i].time);
-          start = end;
-          if (skipped) {
-            continue;
-          }
-          if (fine[i].empty()) {
-            for (int j = 0; j <= kFine; ++j) {
-              const double share = static_cast<double>(j) / kFine;
-              fine[i].push_back(sample((1.0 - share) * coarse[i].time + share * coarse[i + 1].time));
-            }
-          }
-          bool found = false;
-          for (std::size_t j = 0; j < kFine && !found; ++j) {
-            found = closing(set, node, fine[i][j], fine[i][j + 1]);
-          }
-          if (found) {
-            break;
-          }
+        const std::optional<double> time =
+            grid.first([&](const SeriesSample& at) { return gap(set, node, at); },
+                       [&](const Kinematics& start, const Kinematics& end, double length) {
+                         return rests || comes_near(start, end, length);
+                       },
+                       [&](const SeriesSample& start, const SeriesSample& end) {
+                         return rests ? lifting(set, node, start, end) : closing(set, node, start, end);
+                       });
+        if (time) {
+          candidates_.push_back({.set = &set, .node = node, .time = *time});
         }
       }
     }
   }
 
-  [[nodiscard]] bool near(const ContactSet& set, std::size_t node, const Kinematics& start, const Kinematics& end,
-                          double length) const {
-    // An interval resolves the motion: a gap changes by less than twice the larger end speed times its length.
-    const double reach = 2.0 * length * std::max(std::abs(start.velocity), std::abs(end.velocity));
-    return contact_->resting_on(node, set) || std::min(start.position, end.position) <= reach;
-  }
-
-  bool closing(const ContactSet& set, std::size_t node, const Sample& from, const Sample& to) {
+  [[nodiscard]] std::optional<double> lifting(const ContactSet& set, std::size_t node, const SeriesSample& from,
+                                              const SeriesSample& to) const {
     const double length = to.time - from.time;
-    if (contact_->resting(node)) {
-      const double resolution = contact_->pull_resolution(set.height(node));
-      const auto pressing_at = [&](const Sample& at) {
-        const auto [value, rate] = pressing(set, node, at);
-        return std::array{value + resolution, rate};
-      };
-      const auto start = pressing_at(from);
-      const auto end = pressing_at(to);
-      const auto theta = first_closing(cubic_bernstein(start[0], start[1], end[0], end[1], length), 0);
-      if (theta) {
-        const double time = polished(from.time + *theta * length, from.time, to.time, pressing_at);
-        candidates_.push_back({.set = &set, .node = node, .time = time});
-      }
-      return theta.has_value();
-    }
-    Kinematics start = gap(set, node, from);
-    const Kinematics end = gap(set, node, to);
-    int touching = 0;
-    if (from.time == 0.0 && start.position <= 0.0 && start.velocity >= 0.0) {
-      start.position = 0.0;
-      touching = 1;
-      if (start.velocity == 0.0) {
-        start.acceleration = std::max(start.acceleration, 0.0);  // just released: zero but for round-off
-        touching = 2;
-      }
-    }
-    const auto theta = first_closing(StepPolynomial{start, end, length}.bernstein(), touching);
+    const double resolution = contact_->pull_resolution(set.height(node));
+    const auto pressing_at = [&](const SeriesSample& at) {
+      const auto [value, rate] = pressing(set, node, at);
+      return std::array{value + resolution, rate};
+    };
+    const auto start = pressing_at(from);
+    const auto end = pressing_at(to);
+    const auto theta = first_closing(cubic_bernstein(start[0], start[1], end[0], end[1], length), 0);
     if (!theta) {
-      return false;
+      return std::nullopt;
     }
-    // A root at the start by construction is divided out here, too.
-    const double time = polished(from.time + *theta * length, from.time, to.time, [&](const Sample& at) {
-      const Kinematics now = gap(set, node, at);
-      std::array<double, 2> value{now.position, now.velocity};
-      for (int root = 0; root < touching; ++root) {
-        value = {value[0] / at.time, (value[1] - value[0] / at.time) / at.time};
-      }
-      return value;
-    });
-    candidates_.push_back({.set = &set, .node = node, .time = time});
-    return true;
+    return polished(*motion_, from.time + *theta * length, from.time, to.time, time_resolution(begin_ + to.time),
+                    pressing_at);
   }
 
-  /// Newton's method for the time at which a falling value is zero, kept between two times.
-  template <class Value>
-  [[nodiscard]] double polished(double time, double from, double to, const Value& value) const {
-    for (int i = 0; i < kNewtonSteps && time > 0.0; ++i) {
-      const auto [now, slope] = value(sample(time));
-      if (!(slope < 0.0)) {
-        break;
-      }
-      const double next = std::clamp(time - now / slope, from, to);
-      const double change = std::abs(next - time);
-      time = next;
-      if (change <= time_resolution(begin_ + time) || change <= 1e-15 * time) {
-        break;
-      }
-    }
-    return time;
+  [[nodiscard]] std::optional<double> closing(const ContactSet& set, std::size_t node, const SeriesSample& from,
+                                              const SeriesSample& to) const {
+    return first_closing(*motion_, from, to, time_resolution(begin_ + to.time),
+                         [&](const SeriesSample& at) { return gap(set, node, at); });
   }
 
   void fields(double time, std::span<double> position, std::span<double> velocity) const {
@@ -428,9 +428,9 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// What corrected modes put into the pull on the masses without the line being there: by sample, then mode.
-  [[nodiscard]] std::vector<std::vector<double>> amplitudes_at(const std::vector<Sample>& samples) const {
+  [[nodiscard]] std::vector<std::vector<double>> amplitudes_at(const std::vector<SeriesSample>& samples) const {
     std::vector<std::vector<double>> amplitudes;
-    for (const Sample& at : samples) {
+    for (const SeriesSample& at : samples) {
       auto& now = amplitudes.emplace_back(amplitude_);
       for (std::size_t mode = 0; mode < now.size(); ++mode) {
         now[mode] +=
@@ -441,7 +441,7 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// Distance of the line from a support [m]. @param amplitudes in corrected modes
-  [[nodiscard]] double line_distance(const ContactSet& set, std::size_t node, const Sample& at,
+  [[nodiscard]] double line_distance(const ContactSet& set, std::size_t node, const SeriesSample& at,
                                      const std::vector<double>& amplitudes) const {
     double line = 0.0;
     if (contact_->resting(node)) {
@@ -463,12 +463,10 @@ class Chebyshev final : public ProblemIntegrator {
     if (contact_->sets().empty()) {
       return;
     }
-    const auto intervals =
-        std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(length_ * highest_ * kFine / kCoarse / 2.0)));
-    std::vector<Sample> samples;
-    for (std::size_t i = 1; i <= intervals; ++i) {
-      samples.push_back(sample(length_ * static_cast<double>(i) / static_cast<double>(intervals)));
-    }
+    constexpr double kDensity = kFine / kCoarse / 2.0;
+    std::vector<SeriesSample> samples =
+        samples_between(*motion_, 0.0, length_, parts_of(*motion_, length_, kDensity * highest_));
+    samples.erase(samples.begin());
     const std::vector<std::vector<double>> amplitudes = amplitudes_at(samples);
     for (const ContactSet& set : contact_->sets()) {
       for (std::size_t node = set.first; node < set.last; ++node) {
@@ -483,10 +481,10 @@ class Chebyshev final : public ProblemIntegrator {
   }
 
   /// What resting masses pressed, by intervals: a step may be much longer than what a force is averaged over.
-  void track_pressing(const std::vector<Sample>& samples) {
+  void track_pressing(const std::vector<SeriesSample>& samples) {
     std::vector<FreeMotion::Weights> sums;  // of the integrals up to each sample
     sums.reserve(samples.size());
-    for (const Sample& at : samples) {
+    for (const SeriesSample& at : samples) {
       sums.push_back(motion_->weights(-1, at.time));
     }
     for (const ContactSet& set : contact_->sets()) {
@@ -512,6 +510,7 @@ class Chebyshev final : public ProblemIntegrator {
     }
   }
 
+  std::optional<TouchingPoints> points_;  // where supports hold the line
   PetscInt terms_max_ = 20;
   double fullest_ = 0.0;  // longest step [s]
   std::optional<FreeMotion> motion_;

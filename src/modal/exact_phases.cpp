@@ -14,9 +14,7 @@ ExactPhases::ExactPhases(const ReducedModel& model)
     : model_{&model},
       closed_{model.closed_compliance(), model.points()},
       state_{model.modes(), model.points()},
-      entered_{model.modes(), model.points()},
-      force_rate_(model.points()),
-      gap_rate_(model.points()) {
+      entered_{model.modes(), model.points()} {
   if (!model.conservative() || model.points() > kMostPoints) {
     throw SolveError{"modal integrator: exact phases need an undamped motion and at most " +
                      std::to_string(kMostPoints) + " contact points"};
@@ -40,14 +38,15 @@ void ExactPhases::start(const ModalState& state, const Drive& drive) {
     }
   }
   closed_.solve(gap, state_.force);
-  closed_.gaps(gap, state_.force, gap_rate_);
+  std::vector<double> closed(points);
+  closed_.gaps(gap, state_.force, closed);
   // What touches without a force, but for rounding, is decided by how it goes on.
   constexpr double kRounding = 256.0 * std::numeric_limits<double>::epsilon();
   std::vector<std::size_t> due;
   for (std::size_t i = 0; i < points; ++i) {
     const double stiff = model_->compliance[i * points + i] + model_->give[i];
     const bool pressed = state_.force[i] * stiff > kRounding * size;
-    if (!pressed && gap_rate_[i] <= kRounding * size) {
+    if (!pressed && closed[i] <= kRounding * size) {
       due.push_back(i);
     }
     state_.touches[i] = pressed ? 1 : 0;
@@ -151,26 +150,8 @@ std::vector<double> ExactPhases::gap_accelerations() const {
   return rates;
 }
 
-/// Whether points that are due go on as `touches` says: forces grow where they touch, gaps where they do not.
-bool ExactPhases::agrees(std::span<const double> rates, const std::vector<std::size_t>& due,
-                         const std::vector<std::uint8_t>& touches) {
-  std::vector<std::size_t> active;
-  for (std::size_t i = 0; i < touches.size(); ++i) {
-    if (touches[i] != 0) {
-      active.push_back(i);
-    }
-  }
-  closed_.assume(active);
-  closed_.respond(rates, force_rate_);
-  closed_.gaps(rates, force_rate_, gap_rate_);
-  return std::ranges::all_of(
-      due, [&](std::size_t i) { return touches[i] != 0 ? force_rate_[i] > 0.0 : gap_rate_[i] >= 0.0; });
-}
-
-/// Finds who of the points whose force or gap is zero touches from now on. There is one answer, as W + 1/K is positive
-/// definite: that of the complementarity problem of the rates.
+/// Finds who of the points whose force or gap is zero touches from now on: the complementarity problem of the rates.
 void ExactPhases::change(const std::vector<std::size_t>& due) {
-  std::vector<std::uint8_t> touches = state_.touches;
   std::vector<double> rates = gap_rates();
   // Where nothing moves on, accelerations decide.
   constexpr double kStill = 1e-12;
@@ -184,18 +165,7 @@ void ExactPhases::change(const std::vector<std::size_t>& due) {
   if (still) {
     rates = gap_accelerations();
   }
-  const std::size_t sets = std::size_t{1} << due.size();
-  for (std::size_t set = 0; set < sets; ++set) {
-    // The first tried has changed sides everywhere.
-    for (std::size_t k = 0; k < due.size(); ++k) {
-      const bool flips = ((set >> k) & 1U) == 0;
-      touches[due[k]] = static_cast<std::uint8_t>((state_.touches[due[k]] != 0) != flips);
-    }
-    if (agrees(rates, due, touches)) {
-      break;
-    }
-    touches = state_.touches;  // rounding leaves no answer: a point that grazes stays as it is
-  }
+  const std::vector<std::uint8_t> touches = closed_.follow(state_.touches, due, rates);
   for (std::size_t i = 0; i < touches.size(); ++i) {
     state_.touches[i] = touches[i];
     if (touches[i] == 0) {

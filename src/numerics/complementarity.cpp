@@ -28,11 +28,22 @@ constexpr double kNegligible = 0.1 * std::numeric_limits<double>::epsilon();
 // Attempts of whole blocks without fewer violations, as Judice and Pires propose, before rows change sides one by one.
 constexpr int kBlockMoves = 10;
 
+std::vector<std::size_t> rows_of(std::span<const std::uint8_t> active) {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    if (active[i] != 0) {
+      rows.push_back(i);
+    }
+  }
+  return rows;
+}
+
 }  // namespace
 
 Complementarity::Complementarity(std::vector<double> matrix, std::size_t size)
     : matrix_{std::move(matrix)}, size_{size} {
   result_.resize(size_);
+  change_.resize(size_);
   for (std::size_t i = 0; i < size_; ++i) {
     const auto counts = [&](std::size_t j) {
       const double scale = std::sqrt(matrix_[i * size_ + i] * matrix_[j * size_ + j]);
@@ -95,6 +106,26 @@ void Complementarity::factor() {
 void Complementarity::assume(std::vector<std::size_t> active) {
   active_ = std::move(active);
   factor();
+}
+
+std::vector<std::uint8_t> Complementarity::follow(std::span<const std::uint8_t> active,
+                                                  std::span<const std::size_t> due, std::span<const double> rates) {
+  std::vector<std::uint8_t> tried{active.begin(), active.end()};
+  const std::size_t sets = std::size_t{1} << due.size();
+  for (std::size_t set = 0; set < sets; ++set) {
+    // The first tried has changed sides everywhere.
+    for (std::size_t k = 0; k < due.size(); ++k) {
+      const bool flips = ((set >> k) & 1U) == 0;
+      tried[due[k]] = static_cast<std::uint8_t>((active[due[k]] != 0) != flips);
+    }
+    assume(rows_of(tried));
+    respond(rates, change_);
+    gaps(rates, change_, result_);
+    if (std::ranges::all_of(due, [&](std::size_t i) { return tried[i] != 0 ? change_[i] > 0.0 : result_[i] >= 0.0; })) {
+      return tried;
+    }
+  }
+  return {active.begin(), active.end()};
 }
 
 void Complementarity::respond(std::span<const double> gap, std::span<double> force) const {

@@ -172,7 +172,11 @@ REFUSED = {
     ),
     "motion_under_the_line_by_chebyshev": (
         {"support_motion": "motion.csv", "contact_surface": "line", "ts_type": "chebyshev"},
-        ["-ts_type", "chebyshev"],
+        ["-ts_type", "chebyshev", "-support_motion", "impact, rk", "cubics"],
+    ),
+    "many_points_of_the_line_by_chebyshev": (
+        {"support_width": "1,3", "contact_surface": "line", "ts_type": "chebyshev"},
+        ["-ts_type", "chebyshev", "more than 8 contact points", "impact, rk"],
     ),
     "motion_over_the_floor": (
         {"support_motion": "motion.csv", "floor": True},

@@ -134,9 +134,6 @@ TEST_P(Forces, BalanceTheMomentumAtEverySnapshot) {
 /// Where forces hold the line there are no impacts: what it is held by is the same balance, and where it is held is the
 /// zone.
 TEST_P(Forces, OfContactOnTheLineBalanceTheMomentum) {
-  if (std::string_view{GetParam()} == "chebyshev") {
-    GTEST_SKIP() << "moves masses between impacts";
-  }
   const test::Option end{"-ts_max_time", "0.6"};
   const double wf = 100.0;
   test::Fall fall{test::steel_beam(20),

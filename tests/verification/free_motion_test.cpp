@@ -174,6 +174,48 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   }
 }
 
+/// Largest answer of a motion, and whether its series ends there.
+bool ends(FreeMotion& motion, const std::vector<double>& velocity, const std::vector<double>& acceleration) {
+  motion.start({.velocity = velocity, .acceleration = acceleration, .jerk = {}, .resting = {}});
+  motion.answer();
+  FreeMotion::Sizes sizes = motion.first_sizes();
+  MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  motion.end_if_rigid(sizes);
+  motion.extend(8);
+  return motion.rigid();
+}
+
+TEST(FreeMotion, OfARigidBeamEndsAtItsFirstTerms) {
+  const double wf = 100.0;
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
+  FilteredStructure line{beam, {.filter_frequency = wf}};
+  FreeMotion motion{line};
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  std::vector<double> velocity(count);
+  const std::vector<double> acceleration(count, -test::kGravity);
+  const auto place = [&](std::size_t i) { return beam.position(beam.begin() + static_cast<PetscInt>(i)); };
+  for (std::size_t i = 0; i < count; ++i) {
+    velocity[i] = 2.0 - 0.3 * (place(i) - 5.0);
+  }
+  const PetscInt before = line.solves();
+  EXPECT_TRUE(ends(motion, velocity, acceleration));
+  EXPECT_EQ(line.solves() - before, 2);
+  const double t = 0.7;  // wf t = 70
+  for (std::size_t i = 0; i < count; ++i) {
+    EXPECT_NEAR(motion.at(motion.weights(0, t), i), velocity[i] * t - 0.5 * test::kGravity * t * t, 1e-14);
+    EXPECT_NEAR(motion.at(motion.weights(-1, t), i), velocity[i] * t * t / 2.0 - test::kGravity * t * t * t / 6.0,
+                1e-14);
+    EXPECT_NEAR(motion.at(motion.weights(1, t), i), velocity[i] - test::kGravity * t, 1e-14);
+    EXPECT_NEAR(motion.at(motion.weights(2, t), i), -test::kGravity, 1e-14);
+  }
+  // A vibration of a billionth of the motion goes on.
+  std::vector<double> vibrating(velocity);
+  for (std::size_t i = 0; i < count; ++i) {
+    vibrating[i] += 2e-9 * std::cos(2.0 * M_PI * place(i) / 10.0);
+  }
+  EXPECT_FALSE(ends(motion, vibrating, acceleration));
+}
+
 TEST(FreeMotion, NeedsFewSolves) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
   FilteredStructure line{beam, {.filter_frequency = 50.0}};

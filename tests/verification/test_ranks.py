@@ -27,7 +27,8 @@ CASES = {
         "contact_restitution": "0.5,1,0.7",
         "initial_velocity": 1,
     },
-    "line_contact": {**LINE_CONTACT, "integrators": ("impact",)},
+    "line_contact": {**LINE_CONTACT, "integrators": ("chebyshev", "impact")},
+    "line_on_springs": {**LINE_CONTACT, "support_stiffness": 2e6, "integrators": ("chebyshev",)},
     # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.
     "line_contact_by_rk": {**LINE_CONTACT, "ts_adapt_type": "none", "ts_dt": 1e-3, "integrators": ("rk",)},
     "line_contact_of_many": {

@@ -73,6 +73,8 @@ MANY = {"contact_line_dense_max": 0, "floor": True, "initial_slope": 0.02}
 for integrator, steps, changes, name in (
     ("rk", 150, LINE_CONTACT, "line_contact"),
     ("impact", 60, LINE_CONTACT, "line_contact"),
+    ("chebyshev", 3, LINE_CONTACT, "line_contact"),
+    ("chebyshev", 4, {**LINE_CONTACT, "support_stiffness": 2e6}, "line_on_springs"),
     ("moreau", 950, UNFILTERED, "unfiltered"),
     ("moreau", 950, {**UNFILTERED, "support_motion": MOTION}, "unfiltered_on_moving_supports"),
     ("moreau", 950, {**UNFILTERED, **DAMPED_SPRINGS}, "unfiltered_on_springs"),

@@ -64,6 +64,12 @@ class LineContact {
     return static_cast<std::size_t>(points_[point].node - line_->points().begin());
   }
 
+  /// @brief Keeps what a unit force at each point does to the line, if dense: from then on `add` solves for moments
+  /// alone. @note Collective: a line solve for each point; 8 bytes per point and local node.
+  void keep_responses();
+  /// Stretch under a unit force at a point, away from its support [m/N]; local nodes, if kept.
+  [[nodiscard]] std::span<const double> response(std::size_t point) const { return responses_[point]; }
+
   /// @brief Adds what contact forces do to the line.
   /// @param force for every point: away from its support [N], `columns` of them one after the other for each point
   /// @param stretch, moment of each column, local nodes; moments empty: not wanted
@@ -96,6 +102,7 @@ class LineContact {
  private:
   void compute_compliance();
   void sum(std::vector<double>& values) const;
+  void add_responses(std::span<const double> force, std::span<double* const> stretch) const;
 
   FilteredStructure* line_;
   std::vector<LinePoint> points_;
@@ -103,6 +110,7 @@ class LineContact {
   std::optional<Complementarity> problem_;
   std::unique_ptr<ObstacleForces> many_;
   std::vector<double> zero_;
+  std::vector<std::vector<double>> responses_;   // by point, if kept
   std::vector<std::vector<double>> load_;        // work, by column
   std::vector<std::vector<double>> correction_;  // work: stretch, then moment of each column
   std::vector<double> gap_;

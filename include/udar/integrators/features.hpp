@@ -4,8 +4,11 @@
 
 #include <petscsys.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+
+#include "udar/numerics/complementarity.hpp"
 
 namespace udar {
 
@@ -15,11 +18,16 @@ enum class Feature : std::uint8_t {
   unfiltered,         ///< masses that are those of the line itself
   line_contact,       ///< supports that hold the line
   moving_supports,    ///< supports that move
-  elastic_supports,   ///< supports that give way
+  elastic_supports,   ///< supports that give way to masses
+  elastic_line,       ///< supports that give way to the line that they hold
+  many_points,        ///< more than `kFewPoints` points where supports hold the line
   mass_damping,       ///< Rayleigh damping by the masses
   stiffness_damping,  ///< Rayleigh damping by the line's springs
   modal_damping,      ///< a damping ratio for each mode
 };
+
+/// Contact points of the line whose sets can be told one by one.
+inline constexpr std::size_t kFewPoints = Complementarity::kMostFollowed;
 
 /// @brief A set of features.
 class Features {
@@ -32,6 +40,7 @@ class Features {
   }
   [[nodiscard]] constexpr bool has(Feature feature) const noexcept { return (bits_ & bit(feature)) != 0; }
   [[nodiscard]] constexpr bool covers(Features needed) const noexcept { return (needed.bits_ & ~bits_) == 0; }
+  [[nodiscard]] constexpr bool meets(Features others) const noexcept { return (others.bits_ & bits_) != 0; }
   constexpr void add(Feature feature, bool whether = true) noexcept { bits_ |= whether ? bit(feature) : 0U; }
 
  private:
@@ -48,6 +57,7 @@ struct IntegratorType {
   const char* knows = nullptr;           ///< the same in words, for who asked for more
   PetscErrorCode (*enroll)() = nullptr;  ///< makes it known to PETSc; null: PETSc's own
   std::int64_t default_up_to = -1;       ///< so many nodes that can touch something it is a default
+  Features default_without{};            ///< but not where one of these is needed
 };
 
 }  // namespace udar

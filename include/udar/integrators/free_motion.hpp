@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/contact/held_line.hpp"
 #include "udar/filter/filtered_structure.hpp"
 
 namespace udar {
@@ -19,10 +20,12 @@ namespace udar {
 /// C a0
 /// + G j0 with entire functions of A, which are Chebyshev series in 2A/wf^2 - 1 with coefficients that depend on time
 /// alone. The terms of the series are kept, so the motion of every node is known at any time that they reach, and more
-/// terms reach further. Source: docs/theory.md, "Exact motion between impacts".
+/// terms reach further. With contact points that touch, A is that of the line which they hold (`HeldLine`). A rigid
+/// motion is that of its first terms for ever. Source: docs/theory.md, "Exact motion between impacts".
 class FreeMotion {
  public:
-  explicit FreeMotion(FilteredStructure& line);
+  /// @param held supports that hold the line; null: none; outlives this object
+  explicit FreeMotion(FilteredStructure& line, HeldLine* held = nullptr);
 
   /// @brief The state to start from, one value per local node.
   struct Start {
@@ -35,8 +38,18 @@ class FreeMotion {
 
   /// @brief Forgets all terms but the first. The spans are copied. @note Not collective.
   void start(const Start& start);
-  /// @brief Adds terms until there are `terms`. @note Collective. Two line solves in one batch per term, three with a
-  /// jerk.
+  /// @brief Asks the line for its answer to the last term, which the next one needs. @note Collective. Two line solves
+  /// in one batch, three with a jerk; none if it is known.
+  void answer();
+  /// After `answer` to the first terms of a motion: the largest of each, then of each answer; this rank's.
+  using Sizes = std::array<double, 6>;
+  [[nodiscard]] Sizes first_sizes() const;
+  /// @brief Ends the series at its first terms if the line does not answer to them but by rounding.
+  /// @param sizes `first_sizes`, the largest of all ranks
+  void end_if_rigid(const Sizes& sizes);
+  /// Whether they are the whole motion.
+  [[nodiscard]] bool rigid() const noexcept { return rigid_; }
+  /// @brief Adds terms until there are `terms`, unless the motion is rigid. @note Collective, as `answer` for each.
   void extend(std::size_t terms);
   [[nodiscard]] std::size_t terms() const noexcept { return terms_; }
 
@@ -61,21 +74,30 @@ class FreeMotion {
   /// @brief What the motion adds to the stretch Yc - Ym of a resting mass, besides j0 t / wf^2; its last term is
   /// missing.
   [[nodiscard]] double stretch(const Weights& weights, std::size_t node) const;
+  /// @brief What it adds to the row of a contact point, as `HeldLine` has them, besides that of j0 t / wf^2; the last
+  /// term is missing, unless the motion is rigid. @note Not collective: equal on every rank.
+  [[nodiscard]] double row(const Weights& weights, std::size_t point) const;
   /// @brief The same for the stretch's amplitude in a corrected mode of the line [m kg^(1/2)]. @note Not collective.
   [[nodiscard]] double amplitude(const Weights& weights, std::size_t mode) const;
 
  private:
+  [[nodiscard]] Weights rigid_weights(int derivative, double time) const;
+
   FilteredStructure* line_;
+  HeldLine* held_;
   double bound_;  // of all frequencies [rad/s]
   double gain_;   // wf^2 over its square
   std::size_t count_ = 0;
   std::size_t terms_ = 0;
+  std::size_t answered_ = 0;  // terms
+  bool rigid_ = false;
   std::size_t sequences_ = 2;
   std::array<std::vector<std::vector<double>>, 3> stored_;  // [sequence][term][node]
   std::array<std::vector<double>, 3> stretch_;              // of the last term
   std::vector<std::size_t> resting_;                        // nodes
   std::array<std::vector<double>, 3> resting_stretch_;      // [sequence][term][resting node]
   std::array<std::vector<double>, 3> amplitudes_;           // [sequence][term][corrected mode]
+  std::vector<std::vector<double>> rows_;                   // [term][sequence, contact point]
 };
 
 }  // namespace udar

@@ -25,8 +25,8 @@ inline constexpr const char* kTsModal = "modal";
 /// Never a default.
 inline constexpr IntegratorType kModalType{
     .name = kTsModal,
-    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports, Feature::elastic_supports,
-            Feature::modal_damping},
+    .can = {Feature::unfiltered, Feature::line_contact, Feature::many_points, Feature::moving_supports,
+            Feature::elastic_line, Feature::modal_damping},
     .knows =
         "it moves the lowest modes of the unfiltered beam and holds its line off supports, rigid or on springs and "
         "dampers, without a law of impact",

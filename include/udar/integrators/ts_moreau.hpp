@@ -27,7 +27,8 @@ inline constexpr const char* kTsMoreau = "moreau";
 /// The default for the unfiltered beam.
 inline constexpr IntegratorType kMoreauType{
     .name = kTsMoreau,
-    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports, Feature::elastic_supports},
+    .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports, Feature::elastic_line,
+            Feature::many_points},
     .knows =
         "it holds the undamped, unfiltered beam (`filter frequency` none) off rigid supports, by Newton's law of "
         "velocities, and off springs with dampers",

@@ -23,7 +23,7 @@ namespace udar {
 class ExactPhases final : public ModalMotion {
  public:
   /// More contact points than these have too many sets that may touch.
-  static constexpr std::size_t kMostPoints = 8;
+  static constexpr std::size_t kMostPoints = Complementarity::kMostFollowed;
 
   /// @param model conservative, with at most `kMostPoints`; must outlive this object
   explicit ExactPhases(const ReducedModel& model);
@@ -49,8 +49,6 @@ class ExactPhases final : public ModalMotion {
   void change(const std::vector<std::size_t>& due);
   [[nodiscard]] std::vector<double> gap_rates() const;
   [[nodiscard]] std::vector<double> gap_accelerations() const;
-  [[nodiscard]] bool agrees(std::span<const double> rates, const std::vector<std::size_t>& due,
-                            const std::vector<std::uint8_t>& touches);
 
   const ReducedModel* model_;
   Complementarity closed_;
@@ -62,9 +60,7 @@ class ExactPhases final : public ModalMotion {
   std::optional<PhaseMotion> last_;  // of the last step
   double last_begin_ = 0.0;
   double last_end_ = 0.0;
-  ModalMemory before_;              // that step
-  std::vector<double> force_rate_;  // work
-  std::vector<double> gap_rate_;
+  ModalMemory before_;  // that step
   std::size_t changes_ = 0;
   std::size_t evaluations_ = 0;
 };

@@ -34,6 +34,15 @@ class Complementarity {
   /// q + W r.
   void gaps(std::span<const double> gap, std::span<const double> force, std::span<double> result) const;
 
+  /// More rows than these may have too many active sets for `follow` to try.
+  static constexpr std::size_t kMostFollowed = 8;
+  /// @brief Who is active from now on, as q moves on: of the rows whose r and gap are zero at once those with r that
+  /// grows, others stay as they are. There is one answer, as W is positive definite; where rounding leaves none, nobody
+  /// changes sides.
+  /// @param active nonzero: until now @param due rows that are zero now, at most `kMostFollowed` @param rates of q
+  [[nodiscard]] std::vector<std::uint8_t> follow(std::span<const std::uint8_t> active, std::span<const std::size_t> due,
+                                                 std::span<const double> rates);
+
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   /// Rows with r > 0 allowed, ascending.
   [[nodiscard]] const std::vector<std::size_t>& active() const noexcept { return active_; }
@@ -56,6 +65,7 @@ class Complementarity {
   static constexpr std::size_t kFactors = 6;  // about a kink of the motion few sets take turns
   std::vector<Factor> factors_;               // the last used first: that of the last solve
   std::vector<double> result_;
+  std::vector<double> change_;  // of r
 };
 
 }  // namespace udar
