@@ -102,7 +102,7 @@ void ContactCompliance::factor() {
 }
 
 /// (W + D) x = y: springs 1 / D from the line to ground that is moved by y, x is what they hold.
-void ContactCompliance::solve(std::span<const double> right, std::span<double> solution) {
+void ContactCompliance::solve(std::span<const double> right, std::span<double> solution, std::span<double> product) {
   // Where two springs share a node, they pull towards their mean; x of one is then relative to its own end.
   for (std::size_t from = 0; from < by_node_.size();) {
     std::size_t to = from;
@@ -132,7 +132,11 @@ void ContactCompliance::solve(std::span<const double> right, std::span<double> s
   const FilterColumn column{.displacement = target_.data(), .force = nullptr, .stretch = stretch_.data()};
   shifted_->solve({&column, 1});
   for (std::size_t i = 0; i < node_.size(); ++i) {
-    solution[i] = (solution[i] - side_[i] * stretch_[static_cast<std::size_t>(node_[i])]) / beside(i);
+    const double moved = side_[i] * stretch_[static_cast<std::size_t>(node_[i])];
+    solution[i] = (solution[i] - moved) / beside(i);
+    if (!product.empty()) {
+      product[i] = moved;
+    }
   }
 }
 

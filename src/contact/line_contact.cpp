@@ -267,6 +267,7 @@ double LineContact::power(std::span<const double> force, double time) const {
 
 bool LineContact::solve(std::span<const double> gap, std::span<double> force) {
   if (many_ != nullptr) {
+    many_->assume({});
     return many_->solve(gap, force);
   }
   problem_->assume({});

@@ -110,6 +110,7 @@ struct ObstacleForces::Callbacks {
 
 ObstacleForces::ObstacleForces(FilteredStructure& line, std::span<const LinePoint> points)
     : line_{line, points},
+      set_{line_},
       force_bound_{kForceRange * 2.0 * line_.moved_together()},
       q_(points.size(), 0.0),
       gap_(points.size(), 0.0) {
@@ -154,6 +155,9 @@ void ObstacleForces::create_optimizer() {
   UDAR_CALL(TaoSetMaximumIterations(optimizer_, kMostIterations));
   UDAR_CALL(TaoSetConvergenceTest(optimizer_, Callbacks::converged, this));
   UDAR_CALL(TaoSetFromOptions(optimizer_));
+  PetscBool chosen = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsHasName(nullptr, "contact_", "-tao_type", &chosen));
+  interior_point_alone_ = chosen == PETSC_TRUE;
   TaoType type = nullptr;
   UDAR_CALL(TaoGetType(optimizer_, &type));
   if (std::string_view{type} != TAOBQPIP) {
@@ -196,9 +200,26 @@ void ObstacleForces::test_convergence() {
   }
 }
 
-/// The conditions, from a line solve with the forces as they are; what is wrong, if anything.
-std::string ObstacleForces::check(std::span<const double> asked, std::span<double> force) {
-  const MPI_Comm comm = line_.comm();
+/// The deepest of all points, over that of the line without contact, from a line solve with the forces as they are.
+double ObstacleForces::penetration(std::span<const double> asked, std::span<const double> force) {
+  line_.apply(force, gap_);
+  double deepest = 0.0;
+  for (std::size_t i = 0; i < line_.points(); ++i) {
+    gap_[i] = asked[i] + unit_ * gap_[i];
+    deepest = std::isnan(gap_[i]) ? std::numeric_limits<double>::infinity() : std::max(deepest, -gap_[i] / unit_);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &deepest, 1, MPI_DOUBLE, MPI_MAX, line_.comm());
+  return deepest;
+}
+
+/// @return what is wrong, if anything
+std::string ObstacleForces::solve_by_interior_point(std::span<const double> asked, std::span<double> force) {
+  std::ranges::fill(line_.diagonal(), 0.0);
+  history_.clear();
+  UDAR_CALL(VecSet(unknowns_, 1.0));
+  UDAR_CALL(TaoSolve(optimizer_));
+  std::vector<std::size_t> active;
+  double most = 0.0;
   {
     const petsc::ReadArray solution{unknowns_};
     const petsc::ReadArray distance{multiplier_};
@@ -207,28 +228,26 @@ std::string ObstacleForces::check(std::span<const double> asked, std::span<doubl
       // one.
       const double r = solution.values()[i];
       force[i] = r > distance.values()[i] && !std::isinf(asked[i]) ? r : 0.0;
+      most = std::max(most, force[i]);
+      if (force[i] > 0.0) {
+        active.push_back(i);
+      }
     }
   }
-  line_.apply(force, gap_);
-  std::array<double, 2> most{0.0, 0.0};  // penetration, force
-  for (std::size_t i = 0; i < line_.points(); ++i) {
-    gap_[i] = asked[i] + unit_ * gap_[i];
-    most[0] = std::isnan(gap_[i]) ? std::numeric_limits<double>::infinity() : std::max(most[0], -gap_[i] / unit_);
-    most[1] = std::max(most[1], force[i]);
-    force[i] *= unit_ * line_.force_unit();
-  }
-  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX, comm);
+  set_.assume(active);
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, line_.comm());
+  const double deepest = penetration(asked, force);
   TaoConvergedReason reason = TAO_CONTINUE_ITERATING;
   UDAR_CALL(TaoGetConvergedReason(optimizer_, &reason));
   if (reason <= 0) {
     return std::string{TaoConvergedReasons[reason]} + " after " + std::to_string(history_.size() - 1) + " iterations";
   }
-  if (!(most[0] <= kPenetration)) {
+  if (!(deepest <= kPenetration)) {
     std::ostringstream text;
-    text << "the line stays " << most[0] << " of its penetration without contact below its supports";
+    text << "the line stays " << deepest << " of its penetration without contact below its supports";
     return text.str();
   }
-  if (most[1] > 0.5 * force_bound_) {
+  if (most > 0.5 * force_bound_) {
     return "a force reached its bound";
   }
   return {};
@@ -236,7 +255,8 @@ std::string ObstacleForces::check(std::span<const double> asked, std::span<doubl
 
 bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force) {
   const MPI_Comm comm = line_.comm();
-  std::array<double, 2> most{0.0, 0.0};  // penetration, not a number
+  std::array<double, 3> most{0.0, 0.0, 0.0};  // penetration, not a number, a guess
+  most[2] = set_.held().empty() ? 0.0 : 1.0;
   for (const double value : gap) {
     most[0] = std::max(most[0], -value);
     most[1] = std::isnan(value) ? 1.0 : most[1];
@@ -252,6 +272,7 @@ bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force)
   std::ranges::copy(gap, gap_.begin());
   unit_ = most[0];
   if (unit_ == 0.0) {
+    set_.assume({});
     return false;
   }
   // Contact moves the line by some times its penetration, nowhere by so many: what is further away needs no digits.
@@ -259,14 +280,15 @@ bool ObstacleForces::solve(std::span<const double> gap, std::span<double> force)
   for (std::size_t i = 0; i < gap.size(); ++i) {
     q_[i] = std::min(gap[i] / unit_, kFarGap);
   }
-  std::ranges::fill(line_.diagonal(), 0.0);
-  history_.clear();
-  UDAR_CALL(VecSet(unknowns_, 1.0));
-  UDAR_CALL(TaoSolve(optimizer_));
-  const std::string failure = check(gap, force);
+  const bool settled =
+      !interior_point_alone_ && set_.solve(q_, most[2] != 0.0, force) && penetration(gap, force) <= kPenetration;
+  const std::string failure = settled ? std::string{} : solve_by_interior_point(gap, force);
   if (!failure.empty()) {
     throw SolveError{"contact on the line: the forces of many nodes were not found (" + failure +
                      "; see -contact_tao_monitor, `contact line dense max`)"};
+  }
+  for (double& value : force) {
+    value *= unit_ * line_.force_unit();
   }
   return true;
 }

@@ -41,6 +41,9 @@ Symmetric element_compliance(const BeamElement& e) {
 constexpr std::size_t kLongest = 377;
 constexpr std::size_t kShortest = 4;
 
+// A spring with less of the compliance at its node than this is stiff: below, 1 - gain loses three digits and more.
+constexpr long double kStiff = 1e-3L;
+
 /// Along the joints of a rank's piece: what the chain so far looks like from here.
 class Recursion {
  public:
@@ -136,6 +139,8 @@ class Recursion {
     const BeamElement& left = line_->elements[joint.node];
     const long double h = left.length;
     joint.gain = {1.0, static_cast<double>(1 / h)};
+    joint.stiff = compliance < kStiff * element_compliance(left)[0];
+    joint.keep = 0.0;
     here_.entries = {compliance, compliance / h,
                      (first + compliance) / (h * h) + h * left.flexural_compliance / 3 + left.shear_compliance / h};
     here_.det = compliance * (first / (h * h) + h * left.flexural_compliance / 3 + left.shear_compliance / h);
@@ -153,6 +158,8 @@ class Recursion {
                          passed_[1] * passed_[1] * release};
     piece_.stiffness = add(piece_.stiffness, felt);
     const long double kept = compliance * release;
+    joint.stiff = kept < kStiff;
+    joint.keep = static_cast<double>(kept);
     passed_ = {kept * passed_[0], kept * passed_[1], passed_[2] - g1 * passed_[0], passed_[3] - g1 * passed_[1]};
     det_passed_ *= kept;
     here_.det *= kept;

@@ -141,7 +141,7 @@ std::array<ChainSolver::State, Width> ChainSolver::sweep_right(const std::array<
         t[c] = known[c][1];
       } else {
         s.innovation[c] = s.target[c] - w[c];
-        w[c] += joint.gain[0] * s.innovation[c];
+        w[c] = joint.stiff ? joint.keep * w[c] + joint.gain[0] * s.target[c] : w[c] + joint.gain[0] * s.innovation[c];
         t[c] += joint.gain[1] * s.innovation[c] + s.kink[c];
       }
       s.deflection[c] = w[c];
@@ -205,8 +205,8 @@ std::array<ChainSolver::State, Width> ChainSolver::sweep_left(const std::array<B
       if (!joint.starts && j > 0) {
         const double spring = s.innovation[c] * joint.release - joint.gain[0] * force[c] - joint.gain[1] * moment[c];
         // Elsewhere the state on the right gives it without the difference of large forces; on the right of an end
-        // there is none, and a fixed node is where it is fixed.
-        if (joint.ends || joint.compliance == 0.0) {
+        // there is none, and a node that is fixed, or all but fixed, is where its spring's force puts it.
+        if (joint.ends || joint.stiff) {
           deflection = s.target[c] - spring * joint.compliance;
         }
         force[c] += spring;

@@ -96,18 +96,25 @@ void LineForces::apply() {
   }
   force_.assign(count * terms, 0.0);
   for (std::size_t q = 0; q < kPoints.size(); ++q) {
-    // Dense: from the set of the last sweep; at first from that of the point before, so that a restart finds the same.
-    if (contact_->dense() && (!first_sweep_ || q == 0)) {
-      contact_->problem().assume(first_sweep_ ? Active{} : active_[q]);
-    }
+    // From the set of the last sweep; at first from that of the point before, so that a restart finds the same.
+    const bool guess = !first_sweep_ || q == 0;
+    const Active guessed = first_sweep_ ? Active{} : active_[q];
     free_gap_at(kPoints[q].at);
     if (contact_->dense()) {
+      if (guess) {
+        contact_->problem().assume(guessed);
+      }
       contact_->problem().solve(gap_, force_at_[q]);
       active_[q] = contact_->problem().active();
       in_contact_[q] = !active_[q].empty();
     } else {
-      in_contact_[q] = contact_->solve(gap_, force_at_[q]);
-      gap_at_[q].assign(contact_->many().gaps().begin(), contact_->many().gaps().end());
+      ObstacleForces& many = contact_->many();
+      if (guess) {
+        many.assume(guessed);
+      }
+      in_contact_[q] = many.solve(gap_, force_at_[q]);
+      active_[q] = many.active();
+      gap_at_[q].assign(many.gaps().begin(), many.gaps().end());
     }
     for (std::size_t i = 0; in_contact_[q] && i < count; ++i) {
       if (force_at_[q][i] != 0.0) {

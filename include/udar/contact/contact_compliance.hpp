@@ -50,19 +50,22 @@ class ContactCompliance {
   [[nodiscard]] MPI_Comm comm() const { return line_->points().comm(); }
   /// Points of this rank.
   [[nodiscard]] std::size_t points() const noexcept { return node_.size(); }
+  /// Its node, global.
+  [[nodiscard]] PetscInt node(std::size_t point) const { return line_->points().begin() + node_[point]; }
   /// Mean stiffness of the filter's springs at contact nodes, over one metre [N].
   [[nodiscard]] double force_unit() const noexcept { return force_unit_; }
   /// As many points as move with one that is pushed alone; the most, over all of them.
   [[nodiscard]] double moved_together() const noexcept { return moved_together_; }
-  /// D, one for each point; whoever changes it calls `factor` before the next `solve`.
+  /// D, one for each point, infinite: no force; whoever changes it calls `factor` before the next `solve`.
   [[nodiscard]] std::span<double> diagonal() noexcept { return diagonal_; }
 
   /// W r. @note Collective: a line solve.
   void apply(std::span<const double> force, std::span<double> gap);
   /// @note Collective: a factorisation of the line if D has changed on any rank.
   void factor();
-  /// x of (W + D) x = y. @note Collective: a line solve.
-  void solve(std::span<const double> right, std::span<double> solution);
+  /// x of (W + D) x = y. @param[out] product W x where D is infinite, nothing elsewhere; empty: not wanted
+  /// @note Collective: a line solve.
+  void solve(std::span<const double> right, std::span<double> solution, std::span<double> product = {});
 
  private:
   [[nodiscard]] double beside(std::size_t point) const;

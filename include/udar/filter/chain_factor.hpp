@@ -30,6 +30,8 @@ struct Joint {
   bool ends = false;          // last node of a beam
   double release = 0.0;       // 1 / S
   double rotation_release = 0.0;
+  double keep = 1.0;   // of the state's own displacement: 1 - gain
+  bool stiff = false;  // its spring against the line: displacements follow from forces, not forces from displacements
   std::array<double, 2> gain{};
   double compliance = 0.0;    // 1 / K
   double ground_ratio = 0.0;  // ground / K

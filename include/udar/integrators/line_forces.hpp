@@ -67,7 +67,7 @@ class LineForces {
   std::vector<double> force_;     // the same of the forces [N]
   std::array<std::vector<double>, kGauss.size()> force_at_;
   std::array<bool, kGauss.size()> in_contact_{};           // any force, on any rank
-  std::array<Active, kGauss.size()> active_;               // few points
+  std::array<Active, kGauss.size()> active_;               // points that touch
   std::array<std::vector<double>, kGauss.size()> gap_at_;  // many points, with contact, from faces that give way [m]
   std::vector<Kink> kinks_;                                // that every rank knows
   std::vector<Kink> own_kinks_;                            // of many points: where this rank's change sides

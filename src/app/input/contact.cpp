@@ -193,7 +193,7 @@ void read_contact_parameters(OptionGroup& group, ContactParameters& contact) {
   group.integer(
       "-contact_line_dense_max", contact.line_dense_max, petsc::at_least(0.0),
       "contact nodes of the line under one support up to which (and to 2000 in all) their compliance is a matrix "
-      "on every rank; more go to an interior point method (TAO, prefix contact_)");
+      "on every rank; more go to an active set, in need to TAO (prefix contact_)");
   group.real("-contact_tolerance", contact.hop_tolerance, "m", petsc::positive(),
              "a mass whose next hop would stay lower than this rests on its support; default 1e-10 of the motion's own "
              "scale");
