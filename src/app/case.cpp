@@ -100,6 +100,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   }
   settled.exact = input.filter.exact;
   settled.modal = input.filter.modal;
+  settled.modal_estimate = input.filter.modal_estimate;
   settled.gauges = input.output.gauges;
   settled.output = input.output.output;
   settled.output.force_window = settled_force_window(input.output.output.force_window, settled);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "app/modal_estimate.hpp"
 #include "udar/app/echo.hpp"
 #include "udar/app/places.hpp"
 #include "udar/io/versions.hpp"
@@ -18,8 +19,26 @@ namespace {
 // An energy balance that is off by more than this is worth a warning.
 constexpr double kWorthAWarning = 1e-3;
 
-io::Summary make_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
-                         const RunOutput& output) {
+void warn_of_drift(MPI_Comm comm, double drift) {
+  if (!(std::abs(drift) <= kWorthAWarning)) {
+    petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
+  }
+}
+
+void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
+  const auto used = peaks.find("utilisation");
+  if (used != peaks.end() && used->second.value > 1.0) {
+    petsc::warn(comm,
+                "the bending stress reaches %.3g times the yield stress, at x = %g m, t = %g s; what follows is that "
+                "of a beam that stays elastic",
+                used->second.value, used->second.x, used->second.time);
+  }
+}
+
+}  // namespace
+
+io::Summary gather_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
+                           const RunOutput& output) {
   const io::SupportForces& forces = output.forces();
   const io::Peaks& peaks = output.peaks();
   const MassPoints& points = line.points();
@@ -75,24 +94,6 @@ io::Summary make_summary(const Case& input, FilteredStructure& line, const Impac
   return summary;
 }
 
-void warn_of_drift(MPI_Comm comm, double drift) {
-  if (!(std::abs(drift) <= kWorthAWarning)) {
-    petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
-  }
-}
-
-void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
-  const auto used = peaks.find("utilisation");
-  if (used != peaks.end() && used->second.value > 1.0) {
-    petsc::warn(comm,
-                "the bending stress reaches %.3g times the yield stress, at x = %g m, t = %g s; what follows is that "
-                "of a beam that stays elastic",
-                used->second.value, used->second.x, used->second.time);
-  }
-}
-
-}  // namespace
-
 io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
                       const RunOutput& output, const RunMarks& marks) {
   const MPI_Comm comm = line.points().comm();
@@ -102,9 +103,10 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
     warn_of_no_contact(input, line.structure());
   }
   warn_of_yielding(comm, output.peaks());
-  io::Summary summary = make_summary(input, line, dynamics, output);
+  io::Summary summary = gather_summary(input, line, dynamics, output);
   summary.counts.stepping_line_solves = line.solves() - marks.solves_before;
   add_costs(comm, marks.begin, marks.stepping, end, summary);
+  summary.modal_estimate = estimate_by_more_modes(comm, input, summary);
   io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
   return summary;
 }
@@ -115,6 +117,7 @@ void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
       summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.counts.steps),
       static_cast<long long>(summary.counts.impacts), static_cast<long long>(summary.counts.line_solves),
       summary.energy_drift, input.output.directory.c_str()));
+  print_estimate(comm, summary);
   if (!summary.completed) {
     UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
                           input.output.directory.c_str()));

@@ -17,6 +17,10 @@ struct RunMarks {
   PetscInt solves_before = 0;  ///< line solves before that
 };
 
+/// @brief What there is to say of a run, but for costs; takes the warnings so far. @note Collective.
+[[nodiscard]] io::Summary gather_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
+                                         const RunOutput& output);
+
 /// @brief Warns of what the numbers say against themselves, and writes summary.json.
 /// @note Collective. @throws FileError on all ranks
 [[nodiscard]] io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,

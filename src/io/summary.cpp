@@ -58,6 +58,14 @@ std::string as_json(const Summary& summary) {
   json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
+  if (const auto& estimate = summary.modal_estimate) {
+    json["modal_estimate"] = {{"modes", estimate->modes},
+                              {"last_contact_time", number_or_null(estimate->last_contact_time)},
+                              {"min_line_gap", number_or_null(estimate->min_line_gap)},
+                              {"support_impulse", estimate->support_impulse},
+                              {"peak_support_force", estimate->peak_support_force},
+                              {"max_bending_stress", number_or_null(estimate->max_bending_stress)}};
+  }
   json["wall_seconds"] = summary.costs.wall_seconds;
   json["wall_seconds_mean"] = summary.costs.wall_seconds_mean;
   json["own_seconds"] = summary.costs.own_seconds;

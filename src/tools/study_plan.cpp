@@ -20,32 +20,6 @@
 
 namespace udar::study {
 
-std::optional<std::string> option_value(const std::string& key) {
-  const char* value = nullptr;
-  PetscBool set = PETSC_FALSE;
-  UDAR_CALL(PetscOptionsFindPair(nullptr, nullptr, key.c_str(), &value, &set));
-  return set == PETSC_TRUE && value != nullptr && *value != '\0' ? std::optional<std::string>{value} : std::nullopt;
-}
-
-ScopedOptions::ScopedOptions(const Options& options) {
-  for (const auto& [key, value] : options) {
-    PetscBool set = PETSC_FALSE;
-    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &set));
-    before_.push_back({.key = key, .given = set == PETSC_TRUE, .value = option_value(key)});
-    UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value ? value->c_str() : nullptr));
-  }
-}
-
-ScopedOptions::~ScopedOptions() {
-  for (const Before& entry : before_ | std::views::reverse) {
-    if (entry.given) {
-      PetscOptionsSetValue(nullptr, entry.key.c_str(), entry.value ? entry.value->c_str() : nullptr);
-    } else {
-      PetscOptionsClearValue(nullptr, entry.key.c_str());
-    }
-  }
-}
-
 std::string trimmed(std::string_view text) {
   constexpr const char* kSpace = " \t\n\r";
   const std::size_t first = text.find_first_not_of(kSpace);

@@ -12,31 +12,13 @@
 #include <vector>
 
 #include "udar/petsc/options.hpp"
+#include "udar/petsc/scoped_options.hpp"
 
 namespace udar::study {
 
-/// @brief Options as PETSc keeps them: key with its dash, value; empty: a bare flag.
-using Options = std::vector<std::pair<std::string, std::optional<std::string>>>;
-
-/// @brief What the options database says of a key; empty if it is not there or has no value.
-std::optional<std::string> option_value(const std::string& key);
-
-/// @brief Options in force as long as the object lives. @note Not collective: the database is that of the process.
-class ScopedOptions {
- public:
-  explicit ScopedOptions(const Options& options);
-  ScopedOptions(const ScopedOptions&) = delete;
-  ScopedOptions& operator=(const ScopedOptions&) = delete;
-  ~ScopedOptions();
-
- private:
-  struct Before {
-    std::string key;
-    bool given;
-    std::optional<std::string> value;
-  };
-  std::vector<Before> before_;
-};
+using petsc::option_value;
+using petsc::Options;
+using petsc::ScopedOptions;
 
 std::string trimmed(std::string_view text);
 
@@ -81,7 +63,7 @@ struct Request {
 };
 
 inline constexpr const char* kRefine = "study_refine";
-inline constexpr std::array kAxisKeys{"filter_frequency", "beam_elements", kRefine, "ts_rtol", "ts_dt"};
+inline constexpr std::array kAxisKeys{"filter_frequency", "beam_elements", kRefine, "modal_modes", "ts_rtol", "ts_dt"};
 
 /// Sorts the values of an axis from coarse to fine. @throws InputError
 Axis make_axis(const std::string& key, const std::string& list);

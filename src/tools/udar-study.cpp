@@ -24,6 +24,7 @@
 #include "udar/app/stop_signals.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
+#include "udar/petsc/scoped_options.hpp"
 #include "udar/petsc/session.hpp"
 
 namespace {
@@ -141,6 +142,7 @@ class Group {
     MPI_Comm comm = MPI_COMM_NULL;
     MPI_Comm_dup(comm_, &comm);
     outcome.reason = app::failure_of(comm, [&] {
+      const petsc::ScopedOptions alone{{{"-modal_estimate", "no"}}};  // the study compares
       std::optional<study::Sampler> sampler;
       app::Case input;
       const auto listener = [&](const app::Case& seen, const MassPoints& points) -> Observer& {

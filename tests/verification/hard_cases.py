@@ -21,4 +21,17 @@ GIVING = {  # one support moves, one gives way, one does both
 MOVING_LINE = {**GIVING, "contact_surface": "line", "support_damping": 0, "ts_rtol": 1e-8}
 DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
+MODAL = {"filter_frequency": None, "ts_type": "modal", "modal_modes": 12, "modal_estimate": "no"}
+MODAL_LOADED = {  # every way in which modes are pushed and damped
+    **MODAL,
+    "support_position": "2,8,5",
+    "support_width": "1,1,0.5",
+    "support_height": "0,0,-0.1",
+    "support_motion": f"{MOTION},none,{MOTION}",
+    "support_stiffness": "1e7,1e6,1e5",
+    "support_damping": "0,1e3,1e2",
+    "damping_ratio": "0.01,0.02",
+    "modal_retardation": 0.05,
+    "initial_height": 0.6,
+}
 CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf

@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case
-from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MOTION, MOVING_LINE, TOLERANCE
+from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION, MOVING_LINE, TOLERANCE
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
@@ -78,6 +78,9 @@ CASES = {
         "contact_line_dense_max": 0,
         "integrators": ("moreau",),
     },
+    "modal_rigid_points": {**MODAL, "integrators": ("modal",)},
+    "modal_springs": {**MODAL, "support_stiffness": 1e8, "integrators": ("modal",)},
+    "modal_all": {**MODAL_LOADED, "integrators": ("modal",)},
     "free_flight": FREE_FLIGHT,
     "free_flight_with_vibration": {**FREE_FLIGHT, "initial_shape": True},
 }

@@ -11,7 +11,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STOPPED_BY_STEPS, UdarTest, case, datasets
-from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MOTION, MOVING_LINE
+from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION, MOVING_LINE
 
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
 
@@ -84,6 +84,9 @@ for integrator, steps, changes, name in (
     ("impact", 40, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
     ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
     ("impact", 60, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),
+    ("modal", 3, MODAL, "rigid_points"),
+    ("modal", 2, {**MODAL, "support_stiffness": 1e8}, "springs"),
+    ("modal", 6, MODAL_LOADED, "all"),
 ):
     add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
 

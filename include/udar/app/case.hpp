@@ -43,6 +43,7 @@ struct ModeChoice {
 struct FilterInput {
   FilterParameters parameters;  ///< its frequency may still be 0
   bool automatic = false;       ///< the frequency follows from the next three
+  bool modal_estimate = true;   ///< a second run with more modes says how far numbers are off
   bool modal = false;           ///< nothing but modes is integrated: no filter, and no step
   double accuracy = 0.01;       ///< largest relative error of a frequency that matters [-]
   PetscInt modes = 1;           ///< how many of the lowest flexible modes matter
@@ -108,6 +109,7 @@ struct Case : ModelParameters {
   std::string write{};  ///< see `StructureInput`
   ModeChoice exact{};
   bool modal = false;            ///< modes are integrated, and neither filter nor steps
+  bool modal_estimate = true;    ///< see `FilterInput`
   std::vector<double> gauges{};  ///< [m]
   OutputParameters output{};
   RestartParameters restart{};

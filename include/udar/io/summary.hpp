@@ -63,6 +63,16 @@ struct SummaryCosts {
   std::uint64_t smallest_memory_bytes = 0;                   ///< of any rank
 };
 
+/// @brief How far numbers are from those of a run with more modes.
+struct ModalEstimate {
+  PetscInt modes = 0;                        ///< of the other run
+  std::optional<double> last_contact_time;   ///< [s]
+  std::optional<double> min_line_gap;        ///< [m]
+  std::vector<double> support_impulse;       ///< [N s]
+  std::vector<double> peak_support_force;    ///< [N]
+  std::optional<double> max_bending_stress;  ///< [Pa]
+};
+
 /// @brief The content of summary.json; the keys are the names here, without those of the parts. An empty optional is
 /// written as null.
 struct Summary {
@@ -77,6 +87,7 @@ struct Summary {
   SummaryCosts costs{};
   /// Largest values by their keys, "max_bending_stress"; none where it is not known.
   std::vector<std::pair<std::string, std::optional<Peak>>> peaks;
+  std::optional<ModalEstimate> modal_estimate;  ///< empty: there was no other run
   double energy_drift = 0.0;                    ///< at the end, relative
   std::vector<std::string> warnings;            ///< what `petsc::warn` told the user, in order
   std::vector<double> gauge_position;           ///< asked for [m]

@@ -1,11 +1,12 @@
-#include <array>
 #include <limits>
-#include <string_view>
+#include <optional>
+#include <string>
 
 #include "app/input/readers.hpp"
 #include "udar/integrators/ts_modal.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
+#include "udar/petsc/scoped_options.hpp"
 #include "udar/petsc/session.hpp"
 #include "udar/petsc/warnings.hpp"
 
@@ -15,10 +16,14 @@ using petsc::OptionGroup;
 
 namespace {
 
-bool is_modal() {
-  std::array<char, 32> type{};
-  UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", type.data(), type.size(), nullptr));
-  return std::string_view{type.data()} == kTsModal;
+/// Asked for, or chosen: where supports are to hold the line and there is neither a filter nor an integrator.
+bool is_modal(bool filter_given) {
+  const std::optional<std::string> type = petsc::option_value("-ts_type");
+  if (!type && !filter_given && petsc::option_value("-contact_surface") == "line") {
+    UDAR_CALL(PetscOptionsSetValue(nullptr, "-ts_type", kTsModal));
+    return true;
+  }
+  return type == kTsModal;
 }
 
 }  // namespace
@@ -33,11 +38,15 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
       "-filter_frequency", filter.parameters.filter_frequency, word, {"auto", "none"}, "rad/s", petsc::positive(),
       "filter frequency wf: all frequencies of the model fall below it; auto: the least that keeps "
       "-filter_accuracy; none: the unfiltered beam, by -ts_type moreau with steps of -ts_dt; "
-      "required but for -ts_type modal, which has none");
-  filter.modal = is_modal();
+      "required but for -ts_type modal, which has none and is chosen where -contact_surface line comes without it");
+  filter.modal = is_modal(given);
   if (word == "none" || filter.modal) {
     filter.parameters.filter_frequency = std::numeric_limits<double>::infinity();
   }
+  group.boolean(
+      "-modal_estimate", filter.modal_estimate,
+      "for -ts_type modal: a second run with 1.4 times as many modes says how far the numbers of summary.json "
+      "are off");
   filter.automatic = word == "auto" && !filter.modal;
   if (filter.modal && given && word != "none") {
     petsc::warn(comm, "-filter_frequency is not used: -ts_type modal has no filter");

@@ -1,0 +1,118 @@
+#include "app/modal_estimate.hpp"
+
+#include <petscsys.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/run_output.hpp"
+#include "app/run_report.hpp"
+#include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/dynamics/model.hpp"
+#include "udar/io/run_directory.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/scoped_options.hpp"
+
+namespace udar::app {
+namespace {
+
+constexpr double kMoreModes = 1.4;
+
+/// The same run into a folder of its own, without what takes most of the time.
+Case aside(const Case& input) {
+  Case other = input;
+  other.output.directory += "/more_modes";
+  other.output.overwrite = true;
+  other.output.field_interval = 0.0;
+  other.restart = {};
+  return other;
+}
+
+std::vector<double> differences(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> all(std::min(a.size(), b.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = std::abs(a[i] - b[i]);
+  }
+  return all;
+}
+
+std::optional<double> difference(const std::optional<double>& a, const std::optional<double>& b) {
+  return a && b ? std::optional{std::abs(*a - *b)} : std::nullopt;
+}
+
+std::optional<double> stress(const io::Summary& summary) {
+  const auto found =
+      std::ranges::find(summary.peaks, "max_bending_stress", &decltype(summary.peaks)::value_type::first);
+  return found != summary.peaks.end() && found->second ? std::optional{found->second->value} : std::nullopt;
+}
+
+io::Summary run_aside(MPI_Comm comm, const Case& other) {
+  io::prepare_run_directory(comm, other.output.directory, other.output.overwrite);
+  Model model{comm, other};
+  ImpactDynamics dynamics{model};
+  const RunOutput output{other, model.line, dynamics, nullptr};
+  dynamics.solve();
+  return gather_summary(other, model.line, dynamics, output);
+}
+
+}  // namespace
+
+std::optional<io::ModalEstimate> estimate_by_more_modes(MPI_Comm comm, const Case& input, const io::Summary& found) {
+  if (!input.modal || !input.modal_estimate || !found.completed || !input.restart.file.empty()) {
+    return std::nullopt;
+  }
+  io::ModalEstimate estimate;
+  estimate.modes =
+      static_cast<PetscInt>(std::ceil(kMoreModes * static_cast<double>(found.integrator_counts.at("modes"))));
+  const petsc::ScopedOptions more{{{"-modal_modes", std::to_string(estimate.modes)}}};
+  const Case other = aside(input);
+  io::Summary second;
+  try {
+    second = run_aside(comm, other);
+  } catch (const InputError&) {
+    estimate.modes = 0;  // not so many, or too close for its contact points
+  }
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  if (rank == 0) {
+    std::error_code ignored;
+    std::filesystem::remove_all(other.output.directory, ignored);
+  }
+  if (estimate.modes == 0) {
+    return std::nullopt;
+  }
+  estimate.last_contact_time = difference(found.contact.last_contact_time, second.contact.last_contact_time);
+  estimate.min_line_gap = difference(found.contact.min_line_gap, second.contact.min_line_gap);
+  estimate.support_impulse = differences(found.contact.support_impulse, second.contact.support_impulse);
+  estimate.peak_support_force = differences(found.contact.peak_support_force, second.contact.peak_support_force);
+  estimate.max_bending_stress = difference(stress(found), stress(second));
+  return estimate;
+}
+
+void print_estimate(MPI_Comm comm, const io::Summary& found) {
+  if (!found.modal_estimate) {
+    return;
+  }
+  const auto largest = [](const std::vector<double>& off, const std::vector<double>& of) {
+    double size = 0.0;
+    double error = 0.0;
+    for (std::size_t i = 0; i < off.size(); ++i) {
+      size = std::max(size, std::abs(of[i]));
+      error = std::max(error, off[i]);
+    }
+    return size > 0.0 ? 100.0 * error / size : 0.0;
+  };
+  const io::ModalEstimate& estimate = *found.modal_estimate;
+  UDAR_CALL(PetscPrintf(comm,
+                        "udar: %d modes in place of %d change impulses by %.2g %% and peak forces by %.2g %% of the "
+                        "largest (modal_estimate in summary.json)\n",
+                        static_cast<int>(estimate.modes), static_cast<int>(found.integrator_counts.at("modes")),
+                        largest(estimate.support_impulse, found.contact.support_impulse),
+                        largest(estimate.peak_support_force, found.contact.peak_support_force)));
+}
+
+}  // namespace udar::app
