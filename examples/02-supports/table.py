@@ -21,10 +21,10 @@ COLUMNS = {
 def main():
     study = json.loads((pathlib.Path(sys.argv[1]) / "study.json").read_text())
     runs = [run for run in study["runs"] if run["state"] == "finished"]
-    print("| series | wf or step | " + " | ".join(COLUMNS) + " | line solves |")
+    print("| series | wf, step or modes | " + " | ".join(COLUMNS) + " | line solves |")
     print("|---" * (len(COLUMNS) + 3) + "|")
     for run in runs:
-        axis = run["axes"].get("filter_frequency") or run["axes"].get("ts_dt") or "1e-6"
+        axis = next(iter(run["axes"].values()), "1e-6")
         quantities = run["quantities"]
         values = " | ".join(f"{column(quantities):.2f}" for column in COLUMNS.values())
         print(f"| {run['series']} | {axis} | {values} | {quantities['line_solves']:.0f} |")

@@ -271,8 +271,8 @@ class Modal final : public ProblemIntegrator {
     for (const std::size_t i : mine_) {
       const LinePoint& point = points_[i];
       const double face = point.height + point.lift(end).height;
-      const double gap = point.side * (now.values()[local(i)] - face) + state.give[i];
-      contact_->record_gap(state.touches[i] != 0 ? 0.0 : gap, local(i), end);
+      const double gap = point.side * (now.values()[local(i)] - face);
+      contact_->record_gap(state.touches[i] != 0 ? -state.give[i] : gap, local(i), end);
       journal.record_force(point.support, point.side * passed.impulse[i]);
     }
     for (const ModalContact& contact : motion_->contacts()) {
@@ -282,9 +282,27 @@ class Modal final : public ProblemIntegrator {
       }
       journal.record_line_contact(time);
     }
+    record_sags(end);
     if (equations_->points().owns(0)) {
       journal.record_flow(
           {.work = passed.support_work, .damped = passed.in_supports + passed.in_modes, .radiated = passed.radiated});
+    }
+  }
+
+  /// How deep springs are pressed within the step.
+  void record_sags(double end) {
+    constexpr int kSamples = 16;
+    if (std::ranges::all_of(points_, [](const LinePoint& point) { return point.compliance == 0.0; })) {
+      return;
+    }
+    for (int k = 1; k < kSamples; ++k) {
+      const double time = begin_ + (end - begin_) * k / kSamples;
+      const ModalState state = motion_->at(time);
+      for (const std::size_t i : mine_) {
+        if (state.touches[i] != 0) {
+          contact_->record_gap(-state.give[i], local(i), time);
+        }
+      }
     }
   }
 
