@@ -19,7 +19,9 @@ void register_types() {
   constexpr std::array kContact{"tao_"};
   petsc::add_solver_prefix("filter_", kFilter);
   petsc::add_solver_prefix("contact_", kContact);
-  petsc::add_known_key("-ts_impact_moments");
+  for (const char* key : {"-ts_impact_moments", "-modal_modes", "-modal_retardation"}) {
+    petsc::add_known_key(key);
+  }
   UDAR_CALL(register_pc_chain());
   register_integrators();
 }

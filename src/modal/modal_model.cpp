@@ -176,8 +176,9 @@ void ModalModel::choose(const BeamChain& chain, const FilterParameters& paramete
   }
   constexpr PetscInt kFewest = 12;
   constexpr PetscInt kMost = 100;
-  const PetscInt there = most_modes(chain, points_);
-  const PetscInt most = std::min(kMost, there);
+  // The upper half of the modes of a lumped beam is no beam's, and what is left beside it gives way by next to nothing.
+  const PetscInt most =
+      std::min({kMost, most_modes(chain, points_), std::max<PetscInt>(chain.points().total() / 2, 2)});
   for (PetscInt modes = std::min(kFewest, most);;) {
     build(chain, parameters, modes);
     const PetscInt wanted = std::min(most, wanted_modes(reduced_));

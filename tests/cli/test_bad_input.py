@@ -162,9 +162,21 @@ REFUSED = {
         {"support_stiffness": 1e6, "support_damping": 10, "contact_surface": "line"},
         ["-support_damping", "massless line", "expected 0", "-contact_surface line", "[N s/m]"],
     ),
-    "damper_by_modal": (
-        {"support_stiffness": 1e6, "support_damping": 10, "ts_type": "modal", "filter_frequency": None},
-        ["-support_damping", "-ts_type modal", "expected 0", "moreau"],
+    "restitution_by_modal": (
+        {"contact_restitution": 0.5, "ts_type": "modal", "filter_frequency": None},
+        ["-contact_restitution", "0.5", "-ts_type modal", "expected 1"],
+    ),
+    "damping_of_modes_by_impact": (
+        {"damping_ratio": 0.01, "ts_type": "impact"},
+        ["-damping_ratio", "damping of each mode", "-ts_type impact"],
+    ),
+    "damping_ratio_of_one": (
+        {"damping_ratio": "0.01,1", "ts_type": "modal", "filter_frequency": None},
+        ["-damping_ratio", "1", "below 1"],
+    ),
+    "long_retardation": (
+        {"modal_retardation": 7, "ts_type": "modal", "filter_frequency": None},
+        ["-modal_retardation", "7", "0 to 1"],
     ),
     "yield_speed_under_the_line": (
         {"support_yield_speed": 0.5, "contact_surface": "line"},

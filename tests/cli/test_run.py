@@ -552,6 +552,26 @@ class Printing(UdarTest):
                 self.assertTrue(found if words else not said, f"{said}{result}")
                 shutil.rmtree(result.directory)
 
+    def test_modes_where_the_line_is_held_without_a_filter(self):
+        """Chosen by themselves, with a second run that says how far the numbers are off."""
+        held = {"filter_frequency": None, "contact_surface": "line", "contact_restitution": 1, "ts_max_time": 0.6}
+        for stiffness, rigid in (("inf", True), (1e8, False)):
+            result = self.run_case(case(**held, support_stiffness=stiffness), name=f"modes-{rigid}")
+            summary = result.summary()
+            self.assertEqual(summary["integrator"], "modal", result)
+            estimate = summary["modal_estimate"]
+            self.assertGreaterEqual(estimate["modes"], 1.4 * summary["integrator_counts"]["modes"])
+            shares = np.divide(estimate["support_impulse"], summary["support_impulse"])
+            self.assertTrue(np.all(shares < (0.1 if rigid else 2e-3)), result)
+            self.assertTrue(np.all(shares > 0.0), result)
+            self.assertIn("udar: ", [line[:6] for line in result.out.splitlines() if "modes in place of" in line])
+            self.assertFalse((result.directory / "more_modes").exists())
+            radiated = result.csv("energy.csv")["radiated"]
+            self.assertTrue(np.all(np.diff(radiated) >= 0.0))
+            self.assertEqual(radiated[-1] > 0.0, rigid)
+        result = self.run_case(case(**held, modal_estimate="no"), name="alone")
+        self.assertNotIn("modal_estimate", result.summary())
+
     def test_step_of_the_unfiltered_beam(self):
         """-ts_dt is shortened to divide the interval and the end; one that does not resolve vibration is named."""
         lumped = {"filter_frequency": "none", "ts_type": "moreau", "ts_max_time": 0.02}

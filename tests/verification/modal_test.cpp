@@ -1,4 +1,4 @@
-// ranks: 1 2 3; size: short
+// ranks: 1 2 3; size: medium
 /// @file
 /// The modal integrator: closed forms, converged landings of the steel beam, energy, restart, refusals.
 
@@ -251,7 +251,7 @@ TEST(Modal, RigidPointsAreMetWithinTheScatterOfTheTruth) {
 }
 
 TEST(Modal, AnswersWithTheUnfilteredBeamToLoadsMotionAndDampers) {
-  // Moreau-Jean at this step is itself off by some 1e-5 m; all modes but three are there.
+  // Moreau-Jean at this step is itself off by some 4e-5 m; all modes but three are there.
   ModelParameters parameters = landing(20, two(2e7), 0.6);
   parameters.loads = {{.position = 3.3, .time = {0.0, 0.05, 0.05, 0.15}, .force = {0.0, 1e4, -2e4, 0.0}}};
   for (Support& support : parameters.supports) {
@@ -262,7 +262,7 @@ TEST(Modal, AnswersWithTheUnfilteredBeamToLoadsMotionAndDampers) {
   std::vector<std::vector<double>> ends;
   std::vector<EnergyLedger> ledgers;
   for (const char* name : {"modal", "moreau"}) {
-    parameters.filter = test::unfiltered(1e-5);
+    parameters.filter = test::unfiltered(4e-5);
     const test::Option type{"-ts_type", name};
     const test::Option modes{"-modal_modes", "18"};
     const test::Option end{"-ts_max_time", "0.2"};
