@@ -157,8 +157,8 @@ void KernelSteps::start(const ModalState& state, const Drive& drive) {
 /// From where the modes are, everything that lags in balance.
 void KernelSteps::find_forces() {
   const std::size_t points = model_->points();
-  std::fill(state_.rest_force.begin(), state_.rest_force.end(), 0.0);
-  std::fill(state_.give.begin(), state_.give.end(), 0.0);
+  std::ranges::fill(state_.rest_force, 0.0);
+  std::ranges::fill(state_.give, 0.0);
   std::vector<double> gaps(points);
   for (std::size_t i = 0; i < points; ++i) {
     gaps[i] = gap(state_, i);
@@ -438,6 +438,7 @@ ModalFlow KernelSteps::flow_of(const ModalState& from, const ModalKernels& kerne
   if (model_->rest_lag > 0.0) {
     const LagLoss loss{time, model_->rest_lag, kernels.rest};
     std::vector<LagLoss::Course> courses;
+    courses.reserve(points);
     for (std::size_t i = 0; i < points; ++i) {
       courses.push_back(loss.course(from.rest_force[i], from.force[i], end.force[i]));
     }
