@@ -229,7 +229,7 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   file_->add_records("/rests", rest_type());
   add_units(*file_, "/rests", "s,1,m,1,1");
   file_->add_records("/energy", energy_type());
-  add_units(*file_, "/energy", "s,J,J,J,J,J,J,J,J,J,J,1");
+  add_units(*file_, "/energy", "s,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
 }
 

@@ -924,7 +924,7 @@ NOT_TRIED = {
     "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring", "beam_right_spring",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",
     "structure_type", "structure_stiffness", "structure_mass", "structure_points", "structure_lumping",
-    "structure_write",
+    "structure_write", "damping_ratio", "modal_estimate",
 }
 
 
