@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "app/run_output.hpp"
@@ -16,6 +18,7 @@
 #include "udar/io/run_directory.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/scoped_options.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::app {
 namespace {
@@ -50,18 +53,29 @@ std::optional<double> stress(const io::Summary& summary) {
   return found != summary.peaks.end() && found->second ? std::optional{found->second->value} : std::nullopt;
 }
 
-io::Summary run_aside(MPI_Comm comm, const Case& other) {
-  io::prepare_run_directory(comm, other.output.directory, other.output.overwrite);
-  Model model{comm, other};
-  ImpactDynamics dynamics{model};
-  const RunOutput output{other, model.line, dynamics, nullptr};
-  dynamics.solve();
-  return gather_summary(other, model.line, dynamics, output);
+/// @return empty: it cannot be run, or was told to stop
+std::optional<io::Summary> run_aside(MPI_Comm comm, const Case& other, const std::function<bool()>& stop) {
+  try {
+    io::prepare_run_directory(comm, other.output.directory, other.output.overwrite);
+    Model model{comm, other};
+    ImpactDynamics dynamics{model};
+    dynamics.set_stop_request(stop);
+    const RunOutput output{other, model.line, dynamics, nullptr};
+    dynamics.solve();
+    io::Summary summary = gather_summary(other, model.line, dynamics, output);
+    return summary.completed ? std::optional{std::move(summary)} : std::nullopt;
+  } catch (const InputError&) {
+    return std::nullopt;  // there are not so many modes, or they are too many for the contact points
+  } catch (const std::runtime_error& error) {
+    petsc::warn(comm, "no estimate by more modes: %s", error.what());
+    return std::nullopt;
+  }
 }
 
 }  // namespace
 
-std::optional<io::ModalEstimate> estimate_by_more_modes(MPI_Comm comm, const Case& input, const io::Summary& found) {
+std::optional<io::ModalEstimate> estimate_by_more_modes(MPI_Comm comm, const Case& input, const io::Summary& found,
+                                                        const std::function<bool()>& stop) {
   if (!input.modal || !input.modal_estimate || !found.completed || !input.restart.file.empty()) {
     return std::nullopt;
   }
@@ -70,26 +84,21 @@ std::optional<io::ModalEstimate> estimate_by_more_modes(MPI_Comm comm, const Cas
       static_cast<PetscInt>(std::ceil(kMoreModes * static_cast<double>(found.integrator_counts.at("modes"))));
   const petsc::ScopedOptions more{{{"-modal_modes", std::to_string(estimate.modes)}}};
   const Case other = aside(input);
-  io::Summary second;
-  try {
-    second = run_aside(comm, other);
-  } catch (const InputError&) {
-    estimate.modes = 0;  // not so many, or too close for its contact points
-  }
+  const std::optional<io::Summary> second = run_aside(comm, other, stop);
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   if (rank == 0) {
     std::error_code ignored;
     std::filesystem::remove_all(other.output.directory, ignored);
   }
-  if (estimate.modes == 0) {
+  if (!second) {
     return std::nullopt;
   }
-  estimate.last_contact_time = difference(found.contact.last_contact_time, second.contact.last_contact_time);
-  estimate.min_line_gap = difference(found.contact.min_line_gap, second.contact.min_line_gap);
-  estimate.support_impulse = differences(found.contact.support_impulse, second.contact.support_impulse);
-  estimate.peak_support_force = differences(found.contact.peak_support_force, second.contact.peak_support_force);
-  estimate.max_bending_stress = difference(stress(found), stress(second));
+  estimate.last_contact_time = difference(found.contact.last_contact_time, second->contact.last_contact_time);
+  estimate.min_line_gap = difference(found.contact.min_line_gap, second->contact.min_line_gap);
+  estimate.support_impulse = differences(found.contact.support_impulse, second->contact.support_impulse);
+  estimate.peak_support_force = differences(found.contact.peak_support_force, second->contact.peak_support_force);
+  estimate.max_bending_stress = difference(stress(found), stress(*second));
   return estimate;
 }
 

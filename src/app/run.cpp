@@ -1,12 +1,14 @@
 #include "udar/app/run.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
+#include "app/modal_estimate.hpp"
 #include "app/run_costs.hpp"
 #include "app/run_output.hpp"
 #include "app/run_report.hpp"
@@ -115,8 +117,14 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (hooks.stop_signal) {
     dynamics.set_stop_request([&] { return hooks.stop_signal() != 0; });
   }
-  const io::Summary summary = go(input, model, dynamics, output, begin);
+  io::Summary summary = go(input, model, dynamics, output, begin);
   output.require_present();
+  // After everything of the run is on the disk: whatever becomes of the other run, this one is whole.
+  summary.modal_estimate = estimate_by_more_modes(
+      comm, input, summary, hooks.stop_signal ? [&] { return hooks.stop_signal() != 0; } : std::function<bool()>{});
+  if (summary.modal_estimate) {
+    write(comm, input, summary);
+  }
   print_end(comm, input, summary);
   const int signal = hooks.stop_signal ? hooks.stop_signal() : 0;
   return {.exit_code = exit_code_of(comm, summary.completed, signal), .summary = summary};

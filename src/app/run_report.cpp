@@ -106,9 +106,12 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
   io::Summary summary = gather_summary(input, line, dynamics, output);
   summary.counts.stepping_line_solves = line.solves() - marks.solves_before;
   add_costs(comm, marks.begin, marks.stepping, end, summary);
-  summary.modal_estimate = estimate_by_more_modes(comm, input, summary);
-  io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
+  write(comm, input, summary);
   return summary;
+}
+
+void write(MPI_Comm comm, const Case& input, const io::Summary& summary) {
+  io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
 }
 
 void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {

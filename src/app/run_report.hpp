@@ -26,6 +26,9 @@ struct RunMarks {
 [[nodiscard]] io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
                                     const RunOutput& output, const RunMarks& marks);
 
+/// @brief Writes summary.json of a run. @note Collective. @throws FileError on all ranks
+void write(MPI_Comm comm, const Case& input, const io::Summary& summary);
+
 /// @brief The last lines on the terminal: how far the run came, and how it can be continued. @note Collective.
 void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary);
 

@@ -245,11 +245,7 @@ class Modal final : public ProblemIntegrator {
 
   /// In the springs of supports [J].
   [[nodiscard]] double stored(const ModalState& state) const {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      sum += points_[i].compliance > 0.0 ? 0.5 * state.give[i] * state.give[i] / points_[i].compliance : 0.0;
-    }
-    return sum;
+    return modal_energy(model_->reduced(), model_->drive(), state).springs;
   }
 
   /// What a restart keeps of a state.

@@ -43,31 +43,6 @@ class LagLoss {
   double left_;
 };
 
-/// What the rest and the springs of supports hold [J].
-double held(const ReducedModel& model, const ModalState& state) {
-  double sum = 0.0;
-  const std::size_t points = model.points();
-  for (std::size_t i = 0; i < points; ++i) {
-    for (std::size_t j = 0; j < points && state.rest_force[i] != 0.0; ++j) {
-      sum += 0.5 * state.rest_force[i] * model.compliance[i * points + j] * state.rest_force[j];
-    }
-    if (model.give[i] > 0.0) {
-      sum += 0.5 * state.give[i] * state.give[i] / model.give[i];
-    }
-  }
-  return sum;
-}
-
-/// What moves and what the modes hold [J].
-double swinging(const ReducedModel& model, const ModalState& state) {
-  double sum = 0.0;
-  for (std::size_t m = 0; m < model.modes(); ++m) {
-    const double stretched = model.frequency[m] * state.amplitude[m];
-    sum += 0.5 * (state.velocity[m] * state.velocity[m] + stretched * stretched);
-  }
-  return sum;
-}
-
 }  // namespace
 
 Lag Lag::after(double time, double lag) {
@@ -150,7 +125,7 @@ void KernelSteps::start(const ModalState& state, const Drive& drive) {
   drive_ = drive;
   state_ = state;
   find_forces();
-  largest_energy_ = std::max(largest_energy_, swinging(*model_, state_) + held(*model_, state_));
+  largest_energy_ = std::max(largest_energy_, modal_energy(*model_, drive_, state_).swinging());
   taken_.clear();
 }
 
@@ -217,9 +192,11 @@ void KernelSteps::fly(double until) {
   const double reached = motion.last(until);
   if (reached > state_.time) {
     const ModalKernels kernels{*model_, reached - state_.time};
-    ModalState end = moved(state_, kernels, std::vector<double>(model_->points()));
+    const std::vector<double> none(model_->points());
+    const Push push{pushed(none), pushed(none)};
+    ModalState end = moved(state_, kernels, none, push);
     end.time = reached;
-    const ModalFlow flow = flow_of(state_, kernels, end);
+    const ModalFlow flow = flow_of(state_, kernels, end, push);
     accept(std::move(end), flow, kernels.time);
   }
   if (reached < until) {
@@ -284,19 +261,22 @@ void KernelSteps::step(double until) {
   land();
   constexpr double kAtOnce = 0.02;  // of the tolerance, whatever the length of a step
   constexpr double kCoarser = 0.1;
+  const double held = modal_energy(*model_, drive_, state_).held();
+  Push push{pushed(state_.force), {}};
   for (;; ++level_) {
     const double left = until - state_.time;
     const bool last = std::ldexp(longest_, -level_) >= left;
     std::optional<Stride> rest;
     Stride& taken = last ? rest.emplace(stride(left)) : stride_of(level_);
-    ModalState end = attempt(taken);
+    ModalState end = attempt(taken, push);
     end.time = last ? until : end.time;
-    const ModalFlow flow = flow_of(state_, taken.kernels, end);
-    const double energy = std::max(largest_energy_, swinging(*model_, end) + held(*model_, end));
-    const double allowed = tolerance_ * energy * (taken.kernels.time * share_ + kAtOnce);
-    const double defect = std::abs(gap_work(state_, end, flow, taken.kernels.time));
+    const ModalFlow flow = flow_of(state_, taken.kernels, end, push);
+    const ModalEnergy energy = modal_energy(*model_, drive_, end);
+    const double largest = std::max(largest_energy_, energy.swinging());
+    const double allowed = tolerance_ * largest * (taken.kernels.time * share_ + kAtOnce);
+    const double defect = std::abs(energy.held() - held + gap_work(end, flow, taken.kernels.time, push));
     if (!(defect > allowed) || level_ == kFinest) {
-      largest_energy_ = energy;
+      largest_energy_ = largest;
       accept(std::move(end), flow, taken.kernels.time);
       level_ -= defect < kCoarser * allowed && level_ > 0 && !last ? 1 : 0;
       return;
@@ -306,10 +286,11 @@ void KernelSteps::step(double until) {
 }
 
 /// The end of a step: the forces there are those with which nothing overlaps.
-ModalState KernelSteps::attempt(Stride& stride) const {
+ModalState KernelSteps::attempt(Stride& stride, Push& push) const {
   const ModalKernels& kernels = stride.kernels;
   const std::size_t points = model_->points();
-  ModalState end = moved(state_, kernels, std::vector<double>(points));
+  push.after.assign(model_->modes(), 0.0);
+  ModalState end = moved(state_, kernels, std::vector<double>(points), push);
   std::vector<double> gaps(points);
   std::vector<std::size_t> active;
   for (std::size_t i = 0; i < points; ++i) {
@@ -320,10 +301,10 @@ ModalState KernelSteps::attempt(Stride& stride) const {
   }
   stride.problem.assume(std::move(active));
   stride.problem.solve(gaps, end.force);
-  const std::vector<double> push = pushed(end.force);
-  for (std::size_t m = 0; m < push.size(); ++m) {
-    end.amplitude[m] += kernels.modes[m].f3 / kernels.time * push[m];
-    end.velocity[m] += kernels.modes[m].f2 / kernels.time * push[m];
+  push.after = pushed(end.force);
+  for (std::size_t m = 0; m < push.after.size(); ++m) {
+    end.amplitude[m] += kernels.modes[m].f3 / kernels.time * push.after[m];
+    end.velocity[m] += kernels.modes[m].f2 / kernels.time * push.after[m];
   }
   for (std::size_t i = 0; i < points; ++i) {
     end.rest_force[i] += kernels.rest.last * end.force[i];
@@ -357,16 +338,14 @@ std::vector<double> KernelSteps::pushed(std::span<const double> force) const {
   return sums;
 }
 
-ModalState KernelSteps::moved(const ModalState& from, const ModalKernels& kernels,
-                              std::span<const double> end_force) const {
+ModalState KernelSteps::moved(const ModalState& from, const ModalKernels& kernels, std::span<const double> end_force,
+                              const Push& push) const {
   ModalState end = from;
   end.time = from.time + kernels.time;
-  const std::vector<double> before = pushed(from.force);
-  const std::vector<double> after = pushed(end_force);
-  for (std::size_t m = 0; m < before.size(); ++m) {
+  for (std::size_t m = 0; m < model_->modes(); ++m) {
     const double w = model_->frequency[m];
-    const double load = drive_.load_at(m, from.time) + before[m];
-    const double rate = drive_.load_slope(m) + (after[m] - before[m]) / kernels.time;
+    const double load = drive_.load_at(m, from.time) + push.before[m];
+    const double rate = drive_.load_slope(m) + (push.after[m] - push.before[m]) / kernels.time;
     const Oscillator& mode = kernels.modes[m];
     end.amplitude[m] = mode.place(from.amplitude[m], from.velocity[m], load, rate);
     end.velocity[m] = mode.speed(w * w, from.amplitude[m], from.velocity[m], load, rate);
@@ -396,69 +375,88 @@ double KernelSteps::gap(const ModalState& state, std::size_t point) const {
   return sum + state.give[point];
 }
 
-ModalFlow KernelSteps::flow_of(const ModalState& from, const ModalKernels& kernels, const ModalState& end) const {
-  const std::size_t points = model_->points();
-  const double time = kernels.time;
-  ModalFlow flow{model_->modes(), points};
-  const std::vector<double> before = pushed(from.force);
-  const std::vector<double> after = pushed(end.force);
-  for (std::size_t m = 0; m < before.size(); ++m) {
+ModalFlow KernelSteps::flow_of(const ModalState& from, const ModalKernels& kernels, const ModalState& end,
+                               const Push& push) const {
+  ModalFlow flow{model_->modes(), model_->points()};
+  add_modes(from, kernels, end, push, flow);
+  for (std::size_t i = 0; i < model_->points(); ++i) {
+    flow.impulse[i] = 0.5 * kernels.time * (from.force[i] + end.force[i]);
+    flow.rest_force[i] = flow.impulse[i] - model_->rest_lag * (end.rest_force[i] - from.rest_force[i]);
+  }
+  add_supports(from, kernels, end, flow);
+  flow.radiated = radiated(from, kernels, end);
+  return flow;
+}
+
+void KernelSteps::add_modes(const ModalState& from, const ModalKernels& kernels, const ModalState& end,
+                            const Push& push, ModalFlow& flow) const {
+  for (std::size_t m = 0; m < model_->modes(); ++m) {
     const double w = model_->frequency[m];
     const double zeta = model_->ratio.empty() ? 0.0 : model_->ratio[m];
     const Oscillator& mode = kernels.modes[m];
-    const double load = drive_.load_at(m, from.time) + before[m];
-    const double rate = drive_.load_slope(m) + (after[m] - before[m]) / time;
+    const double load = drive_.load_at(m, from.time) + push.before[m];
+    const double rate = drive_.load_slope(m) + (push.after[m] - push.before[m]) / kernels.time;
     flow.amplitude[m] = (mode.s + 2.0 * zeta * w * mode.f2) * from.amplitude[m] + mode.f2 * from.velocity[m] +
                         mode.f3 * load + mode.f4 * rate;
     if (zeta > 0.0) {
-      const double work = (load + time * rate) * end.amplitude[m] - load * from.amplitude[m] - rate * flow.amplitude[m];
+      const double work =
+          (load + kernels.time * rate) * end.amplitude[m] - load * from.amplitude[m] - rate * flow.amplitude[m];
       const auto energy = [&](const ModalState& state) {
         return 0.5 * (std::pow(state.velocity[m], 2) + std::pow(w * state.amplitude[m], 2));
       };
       flow.in_modes += work - energy(end) + energy(from);
     }
   }
-  for (std::size_t i = 0; i < points; ++i) {
-    flow.impulse[i] = 0.5 * time * (from.force[i] + end.force[i]);
-    flow.rest_force[i] = flow.impulse[i] - model_->rest_lag * (end.rest_force[i] - from.rest_force[i]);
+}
+
+/// What supports that move bring in, and what their dampers take.
+void KernelSteps::add_supports(const ModalState& from, const ModalKernels& kernels, const ModalState& end,
+                               ModalFlow& flow) const {
+  for (std::size_t i = 0; i < model_->points(); ++i) {
     if (!drive_.retreat.empty()) {
       // Force times the speed of a face is a cubic: two Gauss points.
       for (const double at : {0.5 - 0.5 / std::numbers::sqrt3, 0.5 + 0.5 / std::numbers::sqrt3}) {
         const double force = from.force[i] + at * (end.force[i] - from.force[i]);
-        const double since = from.time - drive_.time + at * time;
-        flow.support_work -= 0.5 * time * force * power_series::slope(drive_.retreat[i].data(), 4, since);
+        const double since = from.time - drive_.time + at * kernels.time;
+        flow.support_work -= 0.5 * kernels.time * force * power_series::slope(drive_.retreat[i].data(), 4, since);
       }
     }
     if (!model_->support_lag.empty() && model_->give[i] > 0.0 && model_->support_lag[i] > 0.0) {
-      const LagLoss loss{time, model_->support_lag[i], kernels.supports[i]};
+      const LagLoss loss{kernels.time, model_->support_lag[i], kernels.supports[i]};
       const auto course = loss.course(from.give[i] / model_->give[i], from.force[i], end.force[i]);
       flow.in_supports += model_->give[i] * loss.of(course, course);
     }
   }
-  if (model_->rest_lag > 0.0) {
-    const LagLoss loss{time, model_->rest_lag, kernels.rest};
-    std::vector<LagLoss::Course> courses;
-    courses.reserve(points);
-    for (std::size_t i = 0; i < points; ++i) {
-      courses.push_back(loss.course(from.rest_force[i], from.force[i], end.force[i]));
-    }
-    for (std::size_t i = 0; i < points; ++i) {
-      for (std::size_t j = 0; j < points; ++j) {
-        flow.radiated += model_->compliance[i * points + j] * loss.of(courses[i], courses[j]);
-      }
-    }
-  }
-  return flow;
 }
 
-/// Work of contact forces on gaps, which is none where a gap is closed while there is a force.
-double KernelSteps::gap_work(const ModalState& from, const ModalState& end, const ModalFlow& flow, double time) const {
-  const std::vector<double> before = pushed(from.force);
-  const std::vector<double> after = pushed(end.force);
-  double work = held(*model_, end) - held(*model_, from) + flow.radiated + flow.in_supports - flow.support_work;
-  for (std::size_t m = 0; m < before.size(); ++m) {
-    work +=
-        after[m] * end.amplitude[m] - before[m] * from.amplitude[m] - (after[m] - before[m]) / time * flow.amplitude[m];
+/// What the lag of the rest takes [J].
+double KernelSteps::radiated(const ModalState& from, const ModalKernels& kernels, const ModalState& end) const {
+  if (model_->rest_lag == 0.0) {
+    return 0.0;
+  }
+  const std::size_t points = model_->points();
+  const LagLoss loss{kernels.time, model_->rest_lag, kernels.rest};
+  std::vector<LagLoss::Course> courses;
+  courses.reserve(points);
+  for (std::size_t i = 0; i < points; ++i) {
+    courses.push_back(loss.course(from.rest_force[i], from.force[i], end.force[i]));
+  }
+  double sum = 0.0;
+  for (std::size_t i = 0; i < points; ++i) {
+    for (std::size_t j = 0; j < points; ++j) {
+      sum += model_->compliance[i * points + j] * loss.of(courses[i], courses[j]);
+    }
+  }
+  return sum;
+}
+
+/// Work of contact forces on gaps in a step from `state_`, but for what rest and springs hold: none where a gap is
+/// closed while there is a force.
+double KernelSteps::gap_work(const ModalState& end, const ModalFlow& flow, double time, const Push& push) const {
+  double work = flow.radiated + flow.in_supports - flow.support_work;
+  for (std::size_t m = 0; m < model_->modes(); ++m) {
+    work += push.after[m] * end.amplitude[m] - push.before[m] * state_.amplitude[m] -
+            (push.after[m] - push.before[m]) / time * flow.amplitude[m];
   }
   for (std::size_t i = 0; i < model_->points(); ++i) {
     work += flow.impulse[i] * drive_.offset_slope(i);
@@ -479,7 +477,7 @@ ModalState KernelSteps::at(double time) const {
   for (std::size_t i = 0; i < force.size(); ++i) {
     force[i] += elapsed / step.length * (step.end_force[i] - force[i]);
   }
-  return moved(step.start, ModalKernels{*model_, elapsed}, force);
+  return moved(step.start, ModalKernels{*model_, elapsed}, force, {pushed(step.start.force), pushed(force)});
 }
 
 std::vector<ModalContact> KernelSteps::contacts() const {
@@ -508,7 +506,8 @@ ModalFlow KernelSteps::flow(double until) const {
   ModalFlow sum = step.before;
   const double elapsed = until - step.start.time;
   if (elapsed > 0.0) {
-    sum.add(flow_of(step.start, ModalKernels{*model_, elapsed}, at(until)));
+    const ModalState end = at(until);
+    sum.add(flow_of(step.start, ModalKernels{*model_, elapsed}, end, {pushed(step.start.force), pushed(end.force)}));
   }
   return sum;
 }

@@ -46,7 +46,7 @@ ModalEnergy modal_energy(const ReducedModel& model, const Drive& drive, const Mo
   }
   const std::size_t points = model.points();
   for (std::size_t i = 0; i < points; ++i) {
-    for (std::size_t j = 0; j < points; ++j) {
+    for (std::size_t j = 0; j < points && state.rest_force[i] != 0.0; ++j) {
       energy.rest_strain += 0.5 * state.rest_force[i] * model.compliance[i * points + j] * state.rest_force[j];
     }
     if (model.give[i] > 0.0) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "support/reduced_table.hpp"
 #include "udar/modal/exact_phases.hpp"
 #include "udar/modal/reduced_model.hpp"
 
@@ -91,30 +92,6 @@ TEST(KernelSteps, BooksWhatIsLost) {
   }
 }
 
-/// Six modes over four supports: rigid motions, and waves of a free line.
-ReducedModel table(double give) {
-  ReducedModel model;
-  model.frequency = {0.0, 0.0, 60.0, 170.0, 330.0, 540.0};
-  const std::vector<double> places{-0.8, -0.3, 0.3, 0.8};
-  for (const double x : places) {
-    for (std::size_t m = 0; m < 6; ++m) {
-      const double shape =
-          m == 0   ? 1.0
-          : m == 1 ? std::numbers::sqrt3 * x
-                   : std::numbers::sqrt2 * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
-      model.row.push_back(shape / std::sqrt(kMass));
-    }
-  }
-  model.compliance.assign(16, 0.0);
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t j = 0; j < 4; ++j) {
-      model.compliance[i * 4 + j] = 2e-9 * std::exp(-3.0 * std::abs(places[i] - places[j]));
-    }
-  }
-  model.give.assign(4, give);
-  return model;
-}
-
 std::pair<ModalState, Drive> tilted() {
   ModalState state{6, 4};
   state.velocity[0] = -3.0 * std::sqrt(kMass);
@@ -125,7 +102,7 @@ std::pair<ModalState, Drive> tilted() {
 }
 
 TEST(KernelSteps, ApproachExactPhases) {
-  const ReducedModel model = table(1e-8);
+  const ReducedModel model = test::table_on_supports(1e-8, kMass);
   const auto [state, drive] = tilted();
   ExactPhases exact{model};
   exact.start(state, drive);
@@ -148,7 +125,7 @@ TEST(KernelSteps, ApproachExactPhases) {
 }
 
 TEST(KernelSteps, WithinAStepIsWhatTheStepSays) {
-  ReducedModel model = table(1e-8);
+  ReducedModel model = test::table_on_supports(1e-8, kMass);
   model.ratio.assign(6, 0.02);
   model.support_lag.assign(4, 1e-4);
   model.rest_lag = 1e-4;
@@ -230,7 +207,7 @@ TEST(KernelSteps, AFaceThatComesToABeamInTheAirIsMetInTime) {
 }
 
 TEST(KernelSteps, GoOnBitForBit) {
-  ReducedModel model = table(1e-8);
+  ReducedModel model = test::table_on_supports(1e-8, kMass);
   model.rest_lag = 1e-4;
   const auto [state, drive] = tilted();
   KernelSteps whole{model, 1e-4};

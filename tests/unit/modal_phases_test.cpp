@@ -10,6 +10,7 @@
 #include <numbers>
 #include <vector>
 
+#include "support/reduced_table.hpp"
 #include "udar/modal/exact_phases.hpp"
 #include "udar/modal/oscillator.hpp"
 #include "udar/modal/reduced_model.hpp"
@@ -89,32 +90,8 @@ TEST(ExactPhases, ALoadThatGrowsAndASupportThatRisesAreExact) {
   EXPECT_NEAR(0.75 * back - 0.5 * kGravity * back * back - back * back * back, 0.0, 1e-14);
 }
 
-/// Four points, six modes of a beam-like sort.
-ReducedModel table(double give) {
-  ReducedModel model;
-  model.frequency = {0.0, 0.0, 60.0, 170.0, 330.0, 540.0};
-  const std::vector<double> places{-0.8, -0.3, 0.3, 0.8};
-  for (const double x : places) {
-    for (std::size_t m = 0; m < 6; ++m) {
-      const double shape =
-          m == 0   ? 1.0
-          : m == 1 ? std::numbers::sqrt3 * x
-                   : std::numbers::sqrt2 * std::cos(std::numbers::pi * 0.5 * static_cast<double>(m) * (x + 1.0));
-      model.row.push_back(shape / std::sqrt(kMass));
-    }
-  }
-  model.compliance.assign(16, 0.0);
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (std::size_t j = 0; j < 4; ++j) {
-      model.compliance[i * 4 + j] = 2e-9 * std::exp(-3.0 * std::abs(places[i] - places[j]));
-    }
-  }
-  model.give.assign(4, give);
-  return model;
-}
-
 TEST(ExactPhases, KeepsItsEnergyOverManyChanges) {
-  const ReducedModel model = table(1e-8);
+  const ReducedModel model = test::table_on_supports(1e-8, kMass);
   ModalState state{6, 4};
   state.velocity[0] = -3.0 * std::sqrt(kMass);
   state.velocity[1] = 0.4 * std::sqrt(kMass);
@@ -131,7 +108,7 @@ TEST(ExactPhases, KeepsItsEnergyOverManyChanges) {
 }
 
 TEST(ExactPhases, MirrorImagesTouchTogether) {
-  const ReducedModel model = table(1e-8);
+  const ReducedModel model = test::table_on_supports(1e-8, kMass);
   ModalState state{6, 4};
   state.velocity[0] = -3.0 * std::sqrt(kMass);
   Drive drive{.load = std::vector<double>(6, 0.0), .offset = std::vector<double>(4, 0.0)};

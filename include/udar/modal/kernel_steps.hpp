@@ -76,6 +76,12 @@ class KernelSteps final : public ModalMotion {
     Complementarity problem;
   };
 
+  /// Contact forces as modes feel them, b' r, at the start of a step and at its end.
+  struct Push {
+    std::vector<double> before;
+    std::vector<double> after;
+  };
+
   [[nodiscard]] Stride stride(double length) const;
   [[nodiscard]] Stride& stride_of(int level);
   [[nodiscard]] bool flies() const;
@@ -83,16 +89,20 @@ class KernelSteps final : public ModalMotion {
   void land();
   void fly(double until);
   void step(double until);
-  [[nodiscard]] ModalState attempt(Stride& stride) const;
+  [[nodiscard]] ModalState attempt(Stride& stride, Push& push) const;
   void accept(ModalState end, const ModalFlow& flow, double length);
   [[nodiscard]] const Taken& step_at(double time) const;
   [[nodiscard]] std::vector<double> pushed(std::span<const double> force) const;
-  [[nodiscard]] ModalState moved(const ModalState& from, const ModalKernels& kernels,
-                                 std::span<const double> end_force) const;
-  [[nodiscard]] ModalFlow flow_of(const ModalState& from, const ModalKernels& kernels, const ModalState& end) const;
+  [[nodiscard]] ModalState moved(const ModalState& from, const ModalKernels& kernels, std::span<const double> end_force,
+                                 const Push& push) const;
+  [[nodiscard]] ModalFlow flow_of(const ModalState& from, const ModalKernels& kernels, const ModalState& end,
+                                  const Push& push) const;
+  void add_modes(const ModalState& from, const ModalKernels& kernels, const ModalState& end, const Push& push,
+                 ModalFlow& flow) const;
+  void add_supports(const ModalState& from, const ModalKernels& kernels, const ModalState& end, ModalFlow& flow) const;
+  [[nodiscard]] double radiated(const ModalState& from, const ModalKernels& kernels, const ModalState& end) const;
   [[nodiscard]] double gap(const ModalState& state, std::size_t point) const;
-  [[nodiscard]] double gap_work(const ModalState& from, const ModalState& end, const ModalFlow& flow,
-                                double time) const;
+  [[nodiscard]] double gap_work(const ModalState& end, const ModalFlow& flow, double time, const Push& push) const;
 
   const ReducedModel* model_;
   double tolerance_;

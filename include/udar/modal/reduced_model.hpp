@@ -85,6 +85,10 @@ struct ModalEnergy {
   double rest_strain = 0.0;     ///< 1/2 rho'W rho
   double springs = 0.0;         ///< of the supports
   double load_potential = 0.0;  ///< -load q; heights of static parts left out
+  /// In all that gives way beside the modes.
+  [[nodiscard]] double held() const noexcept { return rest_strain + springs; }
+  /// Whatever the height.
+  [[nodiscard]] double swinging() const noexcept { return kinetic + strain + held(); }
   [[nodiscard]] double total() const noexcept { return kinetic + strain + rest_strain + springs + load_potential; }
 };
 [[nodiscard]] ModalEnergy modal_energy(const ReducedModel& model, const Drive& drive, const ModalState& state);
