@@ -307,12 +307,13 @@ class OneRun(PlotTest):
         self.assertIn("N = 20 elements, unfiltered", files["gauges.svg"].read_text(encoding="utf-8"))
 
         run = write_run(self.here / "none", wf=2e5)  # 2 / dt, what the program writes
-        with h5py.File(run / "results.h5", "a") as file:
-            file.attrs["options"] = "-beam_length 10\n-filter_frequency none\n-ts_dt 1e-5"
-        files, _ = self.draw(run, "--format", "svg")
-        svg = files["gauges.svg"].read_text(encoding="utf-8")
-        self.assertIn("N = 20 elements, unfiltered", svg)
-        self.assertNotIn("rad/s", svg)
+        for options, label in (("-filter_frequency none\n-ts_dt 1e-5", "unfiltered"), ("-ts_type modal", "by modes")):
+            with h5py.File(run / "results.h5", "a") as file:
+                file.attrs["options"] = f"-beam_length 10\n{options}"
+            files, _ = self.draw(run, "--format", "svg", "--output", self.here / label)
+            svg = files["gauges.svg"].read_text(encoding="utf-8")
+            self.assertIn(f"N = 20 elements, {label}", svg)
+            self.assertNotIn("rad/s", svg)
 
     def test_force_without_impacts(self):
         """Contact on the line gives forces alone: impulses and times of contact come from them."""

@@ -94,13 +94,19 @@ class Run:
         return float(choose(known)) if known else 0.0
 
     @property
+    def by_modes(self):
+        return self.options.get("ts_type") == "modal"
+
+    @property
     def filtered(self):
         """Without filter the file has the frequency that belongs to the time step."""
-        return (self.options.get("filter_frequency") != "none" and self.filter_frequency > 0.0
+        return (self.options.get("filter_frequency") != "none" and not self.by_modes and self.filter_frequency > 0.0
                 and bool(np.isfinite(self.filter_frequency)))
 
     @property
     def filter_label(self):
+        if self.by_modes:
+            return "by modes"
         return f"wf = {self.filter_frequency:.4g} rad/s" if self.filtered else "unfiltered"
 
     @property

@@ -13,6 +13,7 @@ STUDIED = ("impulse", "rebound_velocity", "penetration", "deflection_down", "def
            "energy_vibration", "energy_springs", "energy_lost")
 AXES = {"filter_frequency": ("filter frequency wf", "rad/s"), "ts_dt": ("time step", "s"),
         "ts_rtol": ("relative tolerance", ""), "ts_atol": ("absolute tolerance", ""), "beam_elements": ("elements", ""),
+        "modal_modes": ("modes", ""),
         "output_interval": ("time between rows", "s")}
 QUANTITIES = {"deflection_down": "deflection down", "deflection_up": "deflection up",
               "energy_centre": "energy of the centre of mass", "energy_vibration": "energy of vibration",
