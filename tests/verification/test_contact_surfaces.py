@@ -86,7 +86,7 @@ class LineContact(UdarTest):
     def test_rejects_what_has_no_meaning(self):
         for changes, words in (
             ({"contact_surface": "line", "contact_restitution": 0.5}, ("-contact_restitution", "0.5", "line")),
-            ({"contact_surface": "line", "ts_type": "chebyshev"}, ("-ts_type", "chebyshev", "rk")),
+            ({"contact_surface": "line", "ts_type": "chebyshev", "floor": True}, ("-ts_type", "chebyshev", "rk")),
             ({"filter_frequency": "none"}, ("-ts_dt", "[s]")),
             ({"filter_frequency": "none", "ts_dt": 1e-4, "ts_type": "rk"}, ("-ts_type", "moreau")),
             ({"filter_frequency": 100, "ts_type": "moreau"}, ("-filter_frequency none",)),
