@@ -11,6 +11,7 @@
 namespace udar {
 
 class BeamChain;
+class Network;
 
 /// @brief An elastic structure with its masses, distributed over the ranks.
 class Structure {
@@ -23,6 +24,8 @@ class Structure {
   [[nodiscard]] virtual const MassPoints& points() const = 0;
   /// The chain if it is one, for solvers that need no more than that; else null.
   [[nodiscard]] virtual const BeamChain* chain() const { return nullptr; }
+  /// The network of members if it is one, else null.
+  [[nodiscard]] virtual const Network* network() const { return nullptr; }
   /// Else its stiffness: `MATAIJ`, symmetric; each rank's rows are its coordinates, then its unknowns without mass.
   [[nodiscard]] virtual Mat stiffness() const { return nullptr; }
   [[nodiscard]] virtual Topology topology() const = 0;

@@ -1,0 +1,144 @@
+#pragma once
+/// @file
+/// Structures of straight beams in three dimensions: frames, grillages, lattices, pipe networks.
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "udar/structure/structure.hpp"
+
+namespace udar {
+
+/// @brief Cross section and material of members. Axes of a member: x along it, y and z the principal axes of its
+/// section.
+struct MemberSection {
+  std::string name;                      ///< for messages
+  double youngs_modulus = 0.0;           ///< E [Pa], > 0
+  double shear_modulus = 0.0;            ///< G [Pa], > 0
+  double density = 0.0;                  ///< [kg/m^3], > 0
+  double area = 0.0;                     ///< A [m^2], > 0
+  std::array<double, 2> inertia{};       ///< of bending in the planes xy (I about z) and xz (I about y) [m^4], > 0
+  double torsion_constant = 0.0;         ///< J [m^4], > 0
+  std::array<double, 2> shear_factor{};  ///< k of k G A along y and z, Timoshenko; 0: no shear strain
+  double radius = 0.0;                   ///< for pictures [m]; 0: that of a circle of this area
+
+  [[nodiscard]] double mass_per_length() const noexcept { return density * area; }  ///< [kg/m]
+  [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }     ///< EA [N]
+  [[nodiscard]] double bending(std::size_t plane) const { return youngs_modulus * inertia.at(plane); }  ///< [N m^2]
+  [[nodiscard]] double torsion() const noexcept { return shear_modulus * torsion_constant; }            ///< GJ [N m^2]
+  /// 1 / (k G A) [1/N].
+  [[nodiscard]] double shear_compliance(std::size_t plane) const {
+    const double k = shear_factor.at(plane);
+    return k > 0.0 ? 1.0 / (k * shear_modulus * area) : 0.0;
+  }
+};
+
+/// @brief Where members meet or end.
+struct Junction {
+  std::string name;                   ///< for messages
+  Place place{};                      ///< [m]
+  std::array<bool, 6> held{};         ///< displacements along x, y, z, rotations about them: never move
+  std::array<double, 6> stiffness{};  ///< of springs to the ground: three [N/m], three [N m/rad]
+  double mass = 0.0;                  ///< of a point mass besides that of the members [kg]
+};
+
+/// @brief One end of a member.
+struct MemberEnd {
+  static constexpr double kRigid = std::numeric_limits<double>::infinity();
+
+  std::size_t junction = 0;
+  Place offset{};  ///< rigid arm from the junction to the end [m]
+  /// Of the joint between junction and member about the member's x, y, z [N m/rad]; infinite: rigid, 0: a hinge.
+  std::array<double, 3> joint{kRigid, kRigid, kRigid};
+};
+
+/// @brief A straight beam between two junctions, of equal elements.
+struct Member {
+  std::string name;  ///< for messages
+  std::array<MemberEnd, 2> ends{};
+  std::size_t section = 0;
+  std::size_t elements = 1;
+  /// The member's y axis is in the plane of its x axis and this; zero: the global y axis, of a member along y the
+  /// global x axis.
+  Place orientation{};
+};
+
+/// @brief A network as it is given, equal on every rank.
+struct NetworkParameters {
+  std::vector<MemberSection> sections;
+  std::vector<Junction> junctions;
+  std::vector<Member> members;
+};
+
+/// @brief The axes of a member: rows are unit vectors along x, y, z in global axes.
+using Axes = std::array<std::array<double, 3>, 3>;
+
+/// @brief Members that differ by place and direction alone.
+struct MemberKind {
+  std::size_t section = 0;
+  std::size_t elements = 1;
+  double element_length = 0.0;                             ///< [m]
+  std::array<std::array<double, 3>, 2> joint{};            ///< of both ends, as `MemberEnd::joint`
+};
+
+/// @brief Members of one kind whose inner nodes stand side by side: node i of lane l is at `first` + i * lanes + l.
+struct MemberPack {
+  static constexpr std::size_t kLanes = 8;
+
+  std::size_t kind = 0;
+  std::size_t first = 0;                        ///< local node
+  std::size_t lanes = 0;                        ///< members, at most `kLanes`
+  std::array<std::size_t, kLanes> member{};     ///< of the network; those behind the last are it again
+};
+
+/// @brief Masses at the junctions and at the nodes of members, three scalar points each: all nodes along y first, then
+/// along x, then along z.
+///
+/// Nodes are numbered junctions first, then the inner nodes of each member from its first end to its second. A local
+/// node is a junction of this rank, or stands in a pack. Source: docs/theory.md, "Networks"
+class Network final : public Structure {
+ public:
+  /// Deals junctions and members to the ranks by METIS, a member to a rank of one of its junctions.
+  /// @note Collective. @throws InputError naming junction, member or section, the value and its unit, if something is
+  /// not allowed, does not exist, or stands twice at one place
+  Network(MPI_Comm comm, NetworkParameters parameters);
+
+  [[nodiscard]] const MassPoints& points() const override { return *points_; }
+  [[nodiscard]] const Network* network() const override { return this; }
+  /// The frame of all elements in displacements and rotations, `MATAIJ`: rows are points, then rotations of nodes.
+  [[nodiscard]] Mat stiffness() const override;
+  [[nodiscard]] Topology topology() const override;  ///< of the nodes' points along y: a line for each element
+  [[nodiscard]] PetscInt rigid_modes() const override;
+  [[nodiscard]] bool grounded() const override;
+  void describe(Description& all) const override;
+
+  [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
+  [[nodiscard]] const NetworkParameters& parameters() const noexcept { return parameters_; }
+  [[nodiscard]] const Axes& axes(std::size_t member) const { return axes_[member]; }
+  [[nodiscard]] const std::vector<MemberKind>& kinds() const noexcept { return kinds_; }
+  [[nodiscard]] const std::vector<MemberPack>& packs() const noexcept { return packs_; }
+  /// Rank of each junction and member; equal on every rank.
+  [[nodiscard]] const std::vector<int>& junction_ranks() const noexcept { return junction_ranks_; }
+  [[nodiscard]] const std::vector<int>& member_ranks() const noexcept { return member_ranks_; }
+  /// Junctions of this rank, ascending: local node is the place in this list.
+  [[nodiscard]] const std::vector<std::size_t>& own_junctions() const noexcept { return own_junctions_; }
+  [[nodiscard]] std::size_t nodes() const noexcept { return nodes_; }  ///< of this rank
+
+ private:
+  MPI_Comm comm_;
+  NetworkParameters parameters_;
+  std::vector<Axes> axes_;
+  std::vector<MemberKind> kinds_;
+  std::vector<MemberPack> packs_;
+  std::vector<int> junction_ranks_;
+  std::vector<int> member_ranks_;
+  std::vector<std::size_t> own_junctions_;
+  std::size_t nodes_ = 0;
+  std::unique_ptr<PlacedPoints> points_;
+};
+
+}  // namespace udar
