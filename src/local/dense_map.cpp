@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "local/clones.hpp"
+#include "numerics/clones.hpp"
 
 #ifdef __clang__
 #define UDAR_INDEPENDENT

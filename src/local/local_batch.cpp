@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "local/clones.hpp"
+#include "numerics/clones.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/numerics/power_series.hpp"
 

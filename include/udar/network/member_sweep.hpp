@@ -1,0 +1,68 @@
+#pragma once
+/// @file
+/// The recursion through members of one kind, eight side by side.
+
+#include <array>
+#include <cstddef>
+
+#include "udar/network/member_tables.hpp"
+#include "udar/structure/network.hpp"
+
+namespace udar::network {
+
+inline constexpr std::size_t kLanes = MemberPack::kLanes;
+
+/// One number of each member of a pack.
+struct alignas(64) Lanes {
+  std::array<double, kLanes> value{};
+  double& operator[](std::size_t lane) { return value[lane]; }
+  const double& operator[](std::size_t lane) const { return value[lane]; }
+};
+
+/// @brief Three values of every node of a rank, in global axes: a pointer to each direction's first local node.
+template <class Number>
+struct Triple {
+  Number* x = nullptr;
+  Number* y = nullptr;
+  Number* z = nullptr;
+};
+
+/// @brief A pack in space, and where its members end.
+struct Placement {
+  std::array<std::array<Lanes, 3>, 3> axes;  ///< rows of `Axes`
+  std::size_t first = 0;                     ///< as `MemberPack`
+  std::size_t lanes = 0;
+  std::array<std::array<std::size_t, kLanes>, 2> slot{};  ///< of the junctions, in what goes in and out
+  std::array<std::array<Lanes, 3>, 2> offset;             ///< rigid arms, global axes [m]
+  bool offsets = false;                                   ///< whether any of them is not zero
+};
+
+/// @brief One column of what goes in and out.
+struct Sweep {
+  Triple<const double> displacement;  ///< of the inner nodes' masses [m]
+  Triple<const double> force;         ///< on them [N]; null: none
+  /// Of the junctions by slot, global axes: displacement of the mass x, y, z [m], `pitch` numbers from one to the next.
+  const double* place = nullptr;
+  /// Of the junctions by slot, global axes: three forces and moments [N, N m] added up by `condense`, three
+  /// displacements less those of the masses and rotations [m, rad] for `resolve`.
+  double* value = nullptr;
+  std::size_t pitch = 0;
+  Triple<double> stretch;   ///< of the inner nodes [m]
+  Triple<double> rotation;  ///< of them, about global axes [rad]; null: not wanted
+};
+
+/// What `condense` keeps for `resolve`.
+struct Condensed {
+  std::array<std::array<Lanes, 4>, 2> bending;  ///< l of both planes
+  std::array<Lanes, 2> axial;
+  std::array<std::array<Lanes, 2>, 2> rise;  ///< first and last difference of displacements in both planes
+};
+
+/// @brief Adds what the masses and forces of a pack's inner nodes push its junctions with, seen from masses that stand
+/// still.
+void condense(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
+
+/// @brief Solves inside a pack whose junctions are known.
+void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
+
+}  // namespace udar::network

@@ -1,0 +1,65 @@
+#pragma once
+/// @file
+/// What equal members share: gains and weights of the chain recursion in both planes, along and about their axis.
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "udar/structure/network.hpp"
+
+namespace udar::network {
+
+/// @brief A bending plane of a member: states (w, h theta) at its ends in units of displacement, forces over K = wf^2 m
+/// of an inner node, moments over K h.
+struct BendingTable {
+  struct Gain {
+    double keep;     // 1 - G0 - G1, not rounded apart
+    double deflect;  // G0
+    double turn;     // G1
+    double release;  // 1 / S
+    double bend;     // compliance of the rotation behind the node
+  };
+  std::vector<Gain> gains;                     ///< of the inner nodes
+  std::vector<std::array<double, 4>> weights;  ///< what a kink there shows at the ends: force, moment, force, moment
+  std::array<std::array<double, 4>, 4> stiffness{};
+  bool hinged_first = false;  ///< rotations of the first end have no meaning
+};
+
+/// @brief The same along the axis.
+struct AxialTable {
+  std::vector<double> releases;                ///< 1 / S of the inner nodes
+  std::vector<double> keeps;                   ///< P / S
+  std::vector<std::array<double, 2>> weights;  ///< what an elongation of an element shows at the ends
+  std::array<double, 3> stiffness{};           ///< 00, 01, 11
+};
+
+/// @brief A kind of member, factored in long double. Source: docs/theory.md, "Networks"
+class MemberTables {
+ public:
+  /// @param filter_frequency wf [rad/s]
+  MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency);
+
+  [[nodiscard]] std::size_t inner() const noexcept { return kind_.elements - 1; }
+  [[nodiscard]] double element_length() const noexcept { return kind_.element_length; }
+  [[nodiscard]] double node_stiffness() const noexcept { return stiffness_; }  ///< K [N/m]
+  /// In the plane xy, state (u_y, theta_z), or xz, state (u_z, -theta_y).
+  [[nodiscard]] const BendingTable& bending(std::size_t plane) const { return bending_[plane]; }
+  [[nodiscard]] const AxialTable& axial() const noexcept { return axial_; }
+  [[nodiscard]] double torsion() const noexcept { return torsion_; }  ///< between the ends [N m/rad]
+  /// Share of the twist between the ends that an inner node has: of its joint, and more with each element.
+  [[nodiscard]] const std::array<double, 2>& twist() const noexcept { return twist_; }
+  /// What the member does to its ends [N, N m; m, rad]: displacements along and rotations about its axes x, y, z of the
+  /// first end, then of the second.
+  [[nodiscard]] std::array<std::array<long double, 12>, 12> end_stiffness() const;
+
+ private:
+  MemberKind kind_;
+  double stiffness_;
+  std::array<BendingTable, 2> bending_;
+  AxialTable axial_;
+  double torsion_ = 0.0;
+  std::array<double, 2> twist_{};
+};
+
+}  // namespace udar::network

@@ -1,0 +1,351 @@
+#include "udar/network/junction_system.hpp"
+
+#include <metis.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "numerics/clones.hpp"
+
+#define UDAR_INLINE [[gnu::always_inline]] inline
+
+namespace udar::network {
+namespace {
+
+constexpr std::size_t kPitch = JunctionSystem::kPitch;
+constexpr std::size_t kColumn = 6 * kPitch;  // numbers of a block
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+using Pack = double __attribute__((vector_size(64)));
+using Loose8 = double __attribute__((vector_size(64), aligned(8), may_alias));
+
+UDAR_INLINE Loose8& pack(double* from) { return *reinterpret_cast<Loose8*>(from); }
+UDAR_INLINE const Loose8& pack(const double* from) { return *reinterpret_cast<const Loose8*>(from); }
+
+/// c -= a b' for blocks column by column.
+UDAR_CLONES void subtract_product(double* c, const double* a, const double* b) {
+  for (std::size_t column = 0; column < 6; ++column) {
+    Pack sum = pack(c + column * kPitch);
+    for (std::size_t m = 0; m < 6; ++m) {
+      sum -= pack(a + m * kPitch) * b[m * kPitch + column];
+    }
+    pack(c + column * kPitch) = sum;
+  }
+}
+
+/// One column of the factor, both halves of a solve for `kColumns` right-hand sides.
+template <std::size_t kColumns>
+UDAR_INLINE void times(const double* matrix, double* vector) {
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    double* own = vector + c * kPitch;
+    Pack sum = pack(matrix) * own[0];
+    for (std::size_t m = 1; m < 6; ++m) {
+      sum += pack(matrix + m * kPitch) * own[m];
+    }
+    pack(own) = sum;
+  }
+}
+
+template <std::size_t kColumns>
+UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::size_t count, const double* own,
+                           double* values) {
+  for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
+    double* to = values + rows[r] * kColumns * kPitch;
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      Pack sum = pack(to + c * kPitch);
+      for (std::size_t m = 0; m < 6; ++m) {
+        sum -= pack(factor + m * kPitch) * own[c * kPitch + m];
+      }
+      pack(to + c * kPitch) = sum;
+    }
+  }
+}
+
+template <std::size_t kColumns>
+UDAR_INLINE void substitute(const double* factor, const std::size_t* rows, std::size_t count, double* own,
+                            const double* values) {
+  std::array<std::array<Pack, 6>, kColumns> sums{};
+  for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
+    const double* from = values + rows[r] * kColumns * kPitch;
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      const Pack value = pack(from + c * kPitch);
+      for (std::size_t m = 0; m < 6; ++m) {
+        sums[c][m] += pack(factor + m * kPitch) * value;
+      }
+    }
+  }
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    for (std::size_t m = 0; m < 6; ++m) {
+      const Pack& s = sums[c][m];
+      own[c * kPitch + m] -= ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]);
+    }
+  }
+}
+
+/// The factor by columns, as both halves read it.
+struct Columns {
+  const std::size_t* first;
+  const std::size_t* rows;
+  const double* values;
+  const double* diagonal;  // inverse, or its transpose
+  std::size_t count;
+};
+
+template <std::size_t kColumns>
+UDAR_INLINE void forward_all(const Columns& all, double* values) {
+  for (std::size_t j = 0; j < all.count; ++j) {
+    double* own = values + j * kColumns * kPitch;
+    times<kColumns>(all.diagonal + j * kColumn, own);
+    eliminate<kColumns>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+                        own, values);
+  }
+}
+template <std::size_t kColumns>
+UDAR_INLINE void backward_all(const Columns& all, double* values) {
+  for (std::size_t j = all.count; j-- > 0;) {
+    double* own = values + j * kColumns * kPitch;
+    substitute<kColumns>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+                         own, values);
+    times<kColumns>(all.diagonal + j * kColumn, own);
+  }
+}
+UDAR_CLONES void forward_some(const Columns& all, double* values, std::size_t columns) {
+  switch (columns) {
+    case 1:
+      return forward_all<1>(all, values);
+    case 2:
+      return forward_all<2>(all, values);
+    case 3:
+      return forward_all<3>(all, values);
+    default:
+      return forward_all<4>(all, values);
+  }
+}
+UDAR_CLONES void backward_some(const Columns& all, double* values, std::size_t columns) {
+  switch (columns) {
+    case 1:
+      return backward_all<1>(all, values);
+    case 2:
+      return backward_all<2>(all, values);
+    case 3:
+      return backward_all<3>(all, values);
+    default:
+      return backward_all<4>(all, values);
+  }
+}
+
+/// Inverse of the Cholesky factor of a symmetric block; a pivot that is rounding of its diagonal is none.
+/// @return the unknown whose pivot is none, 6 if there is no such
+std::size_t invert_factor(const double* matrix, const std::array<double, 6>& diagonal, double* inverse) {
+  constexpr double kRounding = 1e-13;
+  std::array<std::array<double, 6>, 6> l{};
+  for (std::size_t j = 0; j < 6; ++j) {
+    for (std::size_t i = j; i < 6; ++i) {
+      double sum = matrix[j * kPitch + i];
+      for (std::size_t m = 0; m < j; ++m) {
+        sum -= l[i][m] * l[j][m];
+      }
+      if (i == j && !(sum > kRounding * diagonal[j])) {
+        return j;
+      }
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+    }
+  }
+  for (std::size_t j = 0; j < 6; ++j) {
+    for (std::size_t i = j; i < 6; ++i) {
+      double sum = i == j ? 1.0 : 0.0;
+      for (std::size_t m = j; m < i; ++m) {
+        sum -= l[i][m] * inverse[j * kPitch + m];
+      }
+      inverse[j * kPitch + i] = sum / l[i][i];
+    }
+  }
+  return 6;
+}
+
+}  // namespace
+
+JunctionSystem::JunctionSystem(std::size_t count, std::span<const Block> blocks, std::size_t kept)
+    : count_{count}, eliminated_{count - kept} {
+  order(blocks);
+  find_pattern(blocks);
+  factor(blocks);
+}
+
+void JunctionSystem::order(std::span<const Block> blocks) {
+  place_.resize(count_);
+  std::iota(place_.begin(), place_.end(), std::size_t{0});
+  std::vector<std::vector<idx_t>> near(eliminated_);
+  for (const Block& block : blocks) {
+    if (block.row != block.column && block.row < eliminated_ && block.column < eliminated_) {
+      near[block.row].push_back(static_cast<idx_t>(block.column));
+      near[block.column].push_back(static_cast<idx_t>(block.row));
+    }
+  }
+  std::vector<idx_t> begin{0};
+  std::vector<idx_t> all;
+  for (std::vector<idx_t>& of : near) {
+    std::ranges::sort(of);
+    of.erase(std::ranges::unique(of).begin(), of.end());
+    all.insert(all.end(), of.begin(), of.end());
+    begin.push_back(static_cast<idx_t>(all.size()));
+  }
+  if (all.empty()) {
+    return;
+  }
+  auto vertices = static_cast<idx_t>(eliminated_);
+  std::vector<idx_t> permutation(eliminated_);
+  std::vector<idx_t> place(eliminated_);
+  std::array<idx_t, METIS_NOPTIONS> options{};
+  METIS_SetDefaultOptions(options.data());
+  options[METIS_OPTION_SEED] = 1;
+  METIS_NodeND(&vertices, begin.data(), all.data(), nullptr, options.data(), permutation.data(), place.data());
+  std::ranges::copy(place, place_.begin());
+}
+
+/// Rows of a column: those of the matrix, and those of the columns whose first row it is.
+void JunctionSystem::find_pattern(std::span<const Block> blocks) {
+  std::vector<std::vector<std::size_t>> pattern(eliminated_);
+  for (const Block& block : blocks) {
+    const std::size_t row = std::max(place_[block.row], place_[block.column]);
+    const std::size_t column = std::min(place_[block.row], place_[block.column]);
+    if (row != column && column < eliminated_) {
+      pattern[column].push_back(row);
+    }
+  }
+  first_.assign(1, 0);
+  for (std::size_t j = 0; j < eliminated_; ++j) {
+    std::vector<std::size_t>& own = pattern[j];
+    std::ranges::sort(own);
+    own.erase(std::ranges::unique(own).begin(), own.end());
+    rows_.insert(rows_.end(), own.begin(), own.end());
+    first_.push_back(rows_.size());
+    if (!own.empty() && own.front() < eliminated_) {
+      std::vector<std::size_t>& parent = pattern[own.front()];
+      parent.insert(parent.end(), own.begin() + 1, own.end());
+    }
+    own = {};
+  }
+}
+
+void JunctionSystem::factor(std::span<const Block> blocks) {
+  values_.assign(rows_.size() * kColumn, 0.0);
+  inverse_.assign(eliminated_, Entries{});
+  transposed_.assign(eliminated_, Entries{});
+  const std::size_t open = kept();
+  schur_.assign(36 * open * open, 0.0);
+  // The matrix into the places of the factor.
+  std::vector<Entries> diagonal(count_, Entries{});
+  for (const Block& block : blocks) {
+    const std::size_t a = place_[block.row];
+    const std::size_t b = place_[block.column];
+    const std::size_t column = std::min(a, b);
+    const std::size_t row = std::max(a, b);
+    const auto entry = [&](std::size_t i, std::size_t k) {  // of the block (row, column)
+      return static_cast<double>(a >= b ? block.value[i][k] : block.value[k][i]);
+    };
+    double* to = nullptr;
+    if (row == column) {
+      to = diagonal[row].data();
+    } else if (column < eliminated_) {
+      const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column]);
+      const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column + 1]);
+      to = values_.data() + static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin()) * kColumn;
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        if (to != nullptr) {
+          to[k * kPitch + i] += entry(i, k);
+        } else {
+          schur_[(6 * (row - eliminated_) + i) * 6 * open + 6 * (column - eliminated_) + k] += entry(i, k);
+          schur_[(6 * (column - eliminated_) + k) * 6 * open + 6 * (row - eliminated_) + i] += entry(i, k);
+        }
+      }
+    }
+  }
+  // Left-looking: each column takes what those before it, listed by their next row, do to it.
+  std::vector<std::size_t> list(count_, kNone);   // first column whose next row it is
+  std::vector<std::size_t> after(eliminated_, kNone);  // the next of such columns
+  std::vector<std::size_t> next(eliminated_, 0);  // index of its next row
+  std::vector<std::size_t> where(count_, kNone);
+  const auto enlist = [&](std::size_t column) {
+    if (next[column] < first_[column + 1] && rows_[next[column]] < eliminated_) {
+      const std::size_t row = rows_[next[column]];
+      after[column] = list[row];
+      list[row] = column;
+    }
+  };
+  for (std::size_t j = 0; j < eliminated_; ++j) {
+    std::array<double, 6> before{};
+    for (std::size_t i = 0; i < 6; ++i) {
+      before[i] = diagonal[j][i * kPitch + i];
+    }
+    for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
+      where[rows_[q]] = q;
+    }
+    for (std::size_t k = list[j]; k != kNone;) {
+      const std::size_t following = after[k];
+      const double* own = values_.data() + next[k] * kColumn;
+      subtract_product(diagonal[j].data(), own, own);
+      for (std::size_t q = next[k] + 1; q < first_[k + 1]; ++q) {
+        subtract_product(values_.data() + where[rows_[q]] * kColumn, values_.data() + q * kColumn, own);
+      }
+      ++next[k];
+      enlist(k);
+      k = following;
+    }
+    if (const std::size_t loose = invert_factor(diagonal[j].data(), before, inverse_[j].data()); loose < 6) {
+      const auto block = static_cast<std::size_t>(std::ranges::find(place_, j) - place_.begin());
+      throw Loose{.block = block, .unknown = loose};
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        transposed_[j][k * kPitch + i] = inverse_[j][i * kPitch + k];
+      }
+    }
+    for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
+      Entries product{};
+      subtract_product(product.data(), values_.data() + q * kColumn, inverse_[j].data());
+      std::ranges::transform(product, values_.data() + q * kColumn, [](double value) { return -value; });
+    }
+    next[j] = first_[j];
+    enlist(j);
+    // What it takes from the kept blocks.
+    const std::size_t end = first_[j + 1];
+    auto from = static_cast<std::size_t>(
+        std::lower_bound(rows_.begin() + static_cast<std::ptrdiff_t>(first_[j]),
+                         rows_.begin() + static_cast<std::ptrdiff_t>(end), eliminated_) - rows_.begin());
+    for (std::size_t q = from; q < end; ++q) {
+      for (std::size_t r = from; r < end; ++r) {
+        Entries product{};
+        subtract_product(product.data(), values_.data() + q * kColumn, values_.data() + r * kColumn);
+        for (std::size_t i = 0; i < 6; ++i) {
+          for (std::size_t k = 0; k < 6; ++k) {
+            schur_[(6 * (rows_[q] - eliminated_) + i) * 6 * open + 6 * (rows_[r] - eliminated_) + k] +=
+                product[k * kPitch + i];
+          }
+        }
+      }
+    }
+  }
+  for (std::size_t g = 0; g < open; ++g) {
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t k = 0; k < 6; ++k) {
+        schur_[(6 * g + i) * 6 * open + 6 * g + k] += diagonal[eliminated_ + g][k * kPitch + i];
+      }
+    }
+  }
+}
+
+void JunctionSystem::forward(std::span<double> values, std::size_t columns) const {
+  const Columns all{first_.data(), rows_.data(), values_.data(), inverse_.front().data(), eliminated_};
+  forward_some(all, values.data(), columns);
+}
+
+void JunctionSystem::backward(std::span<double> values, std::size_t columns) const {
+  const Columns all{first_.data(), rows_.data(), values_.data(), transposed_.front().data(), eliminated_};
+  backward_some(all, values.data(), columns);
+}
+
+}  // namespace udar::network

@@ -1,0 +1,407 @@
+#include "udar/network/member_sweep.hpp"
+
+#include "numerics/clones.hpp"
+
+#define UDAR_INLINE [[gnu::always_inline]] inline
+
+namespace udar::network {
+namespace {
+
+using Pack = double __attribute__((vector_size(8 * kLanes)));
+using Loose = double __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+
+// NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
+UDAR_INLINE Pack& pack(Lanes& lanes) { return *reinterpret_cast<Pack*>(lanes.value.data()); }
+UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<const Pack*>(lanes.value.data()); }
+
+/// Values of one node's lanes; lanes that no member has repeat the last.
+template <bool kFull>
+UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
+  if constexpr (kFull) {
+    value = *reinterpret_cast<const Loose*>(from);
+  } else {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      value[lane] = from[lane < lanes ? lane : lanes - 1];
+    }
+  }
+}
+template <bool kFull>
+UDAR_INLINE void store(double* to, const Pack& value, std::size_t lanes) {
+  if constexpr (kFull) {
+    *reinterpret_cast<Loose*>(to) = value;
+  } else {
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      to[lane] = value[lane];
+    }
+  }
+}
+
+/// Displacements of the masses at both ends [m], global axes.
+using EndPlaces = std::array<std::array<Pack, 3>, 2>;
+/// Of both ends: three displacements or forces, then three rotations or moments, member axes.
+using EndValues = std::array<std::array<Pack, 6>, 2>;
+
+/// Where the masses of a node would put a line without stiffness: displacement, and force over K, apart.
+struct Target {
+  Pack x, y, z;     // displacement [m]
+  Pack fx, fy, fz;  // force over K [m]
+};
+
+/// Walks along the nodes of a pack from the first end to the second.
+template <bool kFull, bool kLoaded>
+struct Walk {
+  const Placement& frame;
+  const Sweep& given;
+  const EndPlaces& ends;
+  std::size_t inner;
+  double compliance;  // 1 / K
+
+  UDAR_INLINE void end(std::size_t which, Target& target) const {
+    target.x = ends[which][0];
+    target.y = ends[which][1];
+    target.z = ends[which][2];
+    target.fx = target.fy = target.fz = Pack{};
+  }
+  UDAR_INLINE void node(std::size_t i, Target& target) const {
+    const std::size_t at = frame.first + i * frame.lanes;
+    load<kFull>(target.x, given.displacement.x + at, frame.lanes);
+    load<kFull>(target.y, given.displacement.y + at, frame.lanes);
+    load<kFull>(target.z, given.displacement.z + at, frame.lanes);
+    if constexpr (kLoaded) {
+      load<kFull>(target.fx, given.force.x + at, frame.lanes);
+      load<kFull>(target.fy, given.force.y + at, frame.lanes);
+      load<kFull>(target.fz, given.force.z + at, frame.lanes);
+      target.fx *= compliance;
+      target.fy *= compliance;
+      target.fz *= compliance;
+    }
+  }
+  /// Target of inner node i, behind the last of the second end.
+  UDAR_INLINE void at(std::size_t i, Target& target) const { i < inner ? node(i, target) : end(1, target); }
+};
+
+/// Differences first, for a rigid motion must leave nothing.
+template <bool kLoaded>
+UDAR_INLINE void difference(const Target& right, const Target& left, std::array<Pack, 3>& rise) {
+  rise[0] = right.x - left.x;
+  rise[1] = right.y - left.y;
+  rise[2] = right.z - left.z;
+  if constexpr (kLoaded) {
+    rise[0] += right.fx - left.fx;
+    rise[1] += right.fy - left.fy;
+    rise[2] += right.fz - left.fz;
+  }
+}
+
+UDAR_INLINE void along(const std::array<Lanes, 3>& axis, const std::array<Pack, 3>& vector, Pack& value) {
+  value = pack(axis[0]) * vector[0] + pack(axis[1]) * vector[1] + pack(axis[2]) * vector[2];
+}
+
+/// From member axes.
+UDAR_INLINE void turned_back(const Placement& frame, const std::array<Pack, 3>& own, std::array<Pack, 3>& global) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    global[k] = pack(frame.axes[0][k]) * own[0] + pack(frame.axes[1][k]) * own[1] + pack(frame.axes[2][k]) * own[2];
+  }
+}
+
+template <bool kFull, bool kLoaded>
+UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& frame, const Sweep& given,
+                               const EndPlaces& ends, Condensed& condensed) {
+  const std::size_t inner = tables.inner();
+  const Walk<kFull, kLoaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
+  const auto* const weights_y = tables.bending(0).weights.data();
+  const auto* const weights_z = tables.bending(1).weights.data();
+  const auto* const weights_x = tables.axial().weights.data();
+  std::array<Pack, 4> shown_y{};
+  std::array<Pack, 4> shown_z{};
+  std::array<Pack, 2> shown_x{};
+  Target target;
+  Target next;
+  std::array<Pack, 3> rise;
+  std::array<Pack, 3> ahead;
+  walk.end(0, target);
+  walk.at(0, next);
+  difference<kLoaded>(next, target, rise);
+  along(frame.axes[1], rise, pack(condensed.rise[0][0]));
+  along(frame.axes[2], rise, pack(condensed.rise[1][0]));
+  Pack value;
+  for (std::size_t i = 0; i < inner; ++i) {
+    target = next;
+    walk.at(i + 1, next);
+    difference<kLoaded>(next, target, ahead);
+    along(frame.axes[0], rise, value);
+    shown_x[0] += weights_x[i][0] * value;
+    shown_x[1] += weights_x[i][1] * value;
+    const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
+    along(frame.axes[1], kink, value);
+    for (std::size_t k = 0; k < 4; ++k) {
+      shown_y[k] += weights_y[i][k] * value;
+    }
+    along(frame.axes[2], kink, value);
+    for (std::size_t k = 0; k < 4; ++k) {
+      shown_z[k] += weights_z[i][k] * value;
+    }
+    rise = ahead;
+  }
+  along(frame.axes[0], rise, value);
+  shown_x[0] += weights_x[inner][0] * value;
+  shown_x[1] += weights_x[inner][1] * value;
+  along(frame.axes[1], rise, pack(condensed.rise[0][1]));
+  along(frame.axes[2], rise, pack(condensed.rise[1][1]));
+  for (std::size_t k = 0; k < 4; ++k) {
+    pack(condensed.bending[0][k]) = shown_y[k];
+    pack(condensed.bending[1][k]) = shown_z[k];
+  }
+  pack(condensed.axial[0]) = shown_x[0];
+  pack(condensed.axial[1]) = shown_x[1];
+}
+
+template <bool kFull, bool kLoaded, bool kTurned>
+UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame, const Sweep& given,
+                              const EndPlaces& ends, const Condensed& condensed, const EndValues& known) {
+  const Triple<double>& stretch = given.stretch;
+  const std::size_t inner = tables.inner();
+  const double h = tables.element_length();
+  const Walk<kFull, kLoaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
+  const auto* const gains_y = tables.bending(0).gains.data();
+  const auto* const gains_z = tables.bending(1).gains.data();
+  // Forces at the second end, states behind the first.
+  std::array<Pack, 2> w;
+  std::array<Pack, 2> turn;
+  std::array<std::array<Pack, 2>, 2> pushed;
+  for (std::size_t plane = 0; plane < 2; ++plane) {
+    const BendingTable& table = tables.bending(plane);
+    const std::size_t about = plane == 0 ? 5 : 4;
+    const double sign = plane == 0 ? h : -h;
+    const std::array<Pack, 4> state{known[0][1 + plane],
+                                    sign * known[0][about] - pack(condensed.rise[plane][0]),
+                                    known[1][1 + plane],
+                                    sign * known[1][about] - pack(condensed.rise[plane][1])};
+    for (std::size_t row = 0; row < 2; ++row) {
+      pushed[plane][row] = -pack(condensed.bending[plane][2 + row]);
+      for (std::size_t k = 0; k < 4; ++k) {
+        pushed[plane][row] += table.stiffness[2 + row][k] * state[k];
+      }
+    }
+    turn[plane] = table.hinged_first ? Pack{} : state[1];
+    w[plane] = state[0] + turn[plane];
+  }
+  const auto& axial = tables.axial();
+  Pack pull = axial.stiffness[1] * known[0][0] + axial.stiffness[2] * known[1][0] - pack(condensed.axial[1]);
+
+  Target target;
+  Target next;
+  std::array<Pack, 3> rise;
+  std::array<Pack, 3> ahead;
+  Pack value;
+  walk.end(0, target);
+  walk.at(0, next);
+  difference<kLoaded>(next, target, rise);
+  along(frame.axes[0], rise, value);
+  Pack along_axis = known[0][0] - value;
+  for (std::size_t i = 0; i < inner; ++i) {
+    const std::size_t at = frame.first + i * frame.lanes;
+    target = next;
+    walk.at(i + 1, next);
+    difference<kLoaded>(next, target, ahead);
+    store<kFull>(stretch.x + at, along_axis, frame.lanes);
+    store<kFull>(stretch.y + at, w[0], frame.lanes);
+    store<kFull>(stretch.z + at, w[1], frame.lanes);
+    along(frame.axes[0], ahead, value);
+    along_axis = axial.releases[i] * along_axis - value;
+    const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
+    along(frame.axes[1], kink, value);
+    const Pack turned_y = turn[0] + value;
+    turn[0] = turned_y - gains_y[i].turn * w[0];
+    w[0] = gains_y[i].keep * w[0] + turned_y;
+    along(frame.axes[2], kink, value);
+    const Pack turned_z = turn[1] + value;
+    turn[1] = turned_z - gains_z[i].turn * w[1];
+    w[1] = gains_z[i].keep * w[1] + turned_z;
+    if constexpr (kTurned) {  // against the line between the targets, and of that line
+      along(frame.axes[1], ahead, value);
+      store<kFull>(given.rotation.y + at, turn[0] + value, frame.lanes);
+      along(frame.axes[2], ahead, value);
+      store<kFull>(given.rotation.z + at, turn[1] + value, frame.lanes);
+    }
+    rise = ahead;
+  }
+  pushed[0][1] += pushed[0][0];
+  pushed[1][1] += pushed[1][0];
+  for (std::size_t i = inner; i-- > 0;) {
+    const std::size_t at = frame.first + i * frame.lanes;
+    Pack dx{};
+    std::array<Pack, 2> d{};
+    std::array<Pack, 3> global;
+    load<kFull>(dx, stretch.x + at, frame.lanes);
+    load<kFull>(d[0], stretch.y + at, frame.lanes);
+    load<kFull>(d[1], stretch.z + at, frame.lanes);
+    dx = axial.releases[i] * dx + axial.keeps[i] * pull;
+    pull -= dx;
+    const auto& y = gains_y[i];
+    const auto& z = gains_z[i];
+    if constexpr (kTurned) {
+      const std::array<double, 2>& twist = tables.twist();
+      std::array<Pack, 2> bent{};
+      load<kFull>(bent[0], given.rotation.y + at, frame.lanes);
+      load<kFull>(bent[1], given.rotation.z + at, frame.lanes);
+      const Pack about_z = (bent[0] + y.turn * pushed[0][0] + y.bend * pushed[0][1]) / h;
+      const Pack about_y = (bent[1] + z.turn * pushed[1][0] + z.bend * pushed[1][1]) / -h;
+      const Pack about_x =
+          known[0][3] + (twist[0] + static_cast<double>(i + 1) * twist[1]) * (known[1][3] - known[0][3]);
+      turned_back(frame, {about_x, about_y, about_z}, global);
+      store<kFull>(given.rotation.x + at, global[0], frame.lanes);
+      store<kFull>(given.rotation.y + at, global[1], frame.lanes);
+      store<kFull>(given.rotation.z + at, global[2], frame.lanes);
+    }
+    d[0] = y.release * d[0] + y.deflect * pushed[0][0] + y.turn * pushed[0][1];
+    pushed[0][0] -= d[0];
+    pushed[0][1] += pushed[0][0];
+    d[1] = z.release * d[1] + z.deflect * pushed[1][0] + z.turn * pushed[1][1];
+    pushed[1][0] -= d[1];
+    pushed[1][1] += pushed[1][0];
+    turned_back(frame, {dx, d[0], d[1]}, global);
+    if constexpr (kLoaded) {
+      walk.node(i, target);
+      global[0] += target.fx;
+      global[1] += target.fy;
+      global[2] += target.fz;
+    }
+    store<kFull>(stretch.x + at, global[0], frame.lanes);
+    store<kFull>(stretch.y + at, global[1], frame.lanes);
+    store<kFull>(stretch.z + at, global[2], frame.lanes);
+  }
+}
+/// Values of the junctions, one direction of both ends after the other.
+template <std::size_t kCount>
+UDAR_INLINE void gather(const Placement& pack, const double* from, std::size_t pitch,
+                        std::array<std::array<Pack, kCount>, 2>& values) {
+  for (std::size_t end = 0; end < 2; ++end) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const double* own = from + pack.slot[end][lane] * pitch;
+      for (std::size_t k = 0; k < kCount; ++k) {
+        values[end][k][lane] = own[k];
+      }
+    }
+  }
+}
+
+/// Of the junctions in global axes, to the ends in member axes.
+UDAR_INLINE void known_at(const Placement& frame, const Sweep& sweep, EndValues& known) {
+  EndValues global;
+  gather<6>(frame, sweep.value, sweep.pitch, global);
+  for (std::size_t end = 0; end < 2; ++end) {
+    std::array<Pack, 6>& own = global[end];
+    if (frame.offsets) {  // rotation x arm
+      const auto& arm = frame.offset[end];
+      own[0] += own[4] * pack(arm[2]) - own[5] * pack(arm[1]);
+      own[1] += own[5] * pack(arm[0]) - own[3] * pack(arm[2]);
+      own[2] += own[3] * pack(arm[1]) - own[4] * pack(arm[0]);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      along(frame.axes[i], {own[0], own[1], own[2]}, known[end][i]);
+      along(frame.axes[i], {own[3], own[4], own[5]}, known[end][3 + i]);
+    }
+  }
+}
+
+/// f = K4 s - l, and s has the first and last rise on its right-hand side.
+UDAR_INLINE void load_of(const MemberTables& tables, const Condensed& condensed, EndValues& load) {
+  const double k = tables.node_stiffness();
+  const double h = tables.element_length();
+  for (std::size_t plane = 0; plane < 2; ++plane) {
+    const BendingTable& table = tables.bending(plane);
+    const std::size_t about = plane == 0 ? 5 : 4;
+    const double turn = plane == 0 ? k * h : -k * h;
+    for (std::size_t row = 0; row < 4; ++row) {
+      const Pack value = pack(condensed.bending[plane][row]) +
+                         table.stiffness[row][1] * pack(condensed.rise[plane][0]) +
+                         table.stiffness[row][3] * pack(condensed.rise[plane][1]);
+      load[row / 2][row % 2 == 0 ? 1 + plane : about] = (row % 2 == 0 ? k : turn) * value;
+    }
+  }
+  for (std::size_t end = 0; end < 2; ++end) {
+    load[end][0] = k * pack(condensed.axial[end]);
+    load[end][3] = Pack{};
+  }
+}
+
+/// Turned into global axes, carried from the ends to the junctions, and added there.
+UDAR_INLINE void add_load(const Placement& frame, const EndValues& load, const Sweep& sweep) {
+  for (std::size_t end = 0; end < 2; ++end) {
+    std::array<Pack, 6> global;
+    for (std::size_t k = 0; k < 3; ++k) {
+      global[k] = pack(frame.axes[0][k]) * load[end][0] + pack(frame.axes[1][k]) * load[end][1] +
+                  pack(frame.axes[2][k]) * load[end][2];
+      global[3 + k] = pack(frame.axes[1][k]) * load[end][4] + pack(frame.axes[2][k]) * load[end][5];
+    }
+    if (frame.offsets) {  // arm x force
+      const auto& arm = frame.offset[end];
+      global[3] += pack(arm[1]) * global[2] - pack(arm[2]) * global[1];
+      global[4] += pack(arm[2]) * global[0] - pack(arm[0]) * global[2];
+      global[5] += pack(arm[0]) * global[1] - pack(arm[1]) * global[0];
+    }
+    for (std::size_t lane = 0; lane < frame.lanes; ++lane) {
+      double* to = sweep.value + frame.slot[end][lane] * sweep.pitch;
+      for (std::size_t k = 0; k < 6; ++k) {
+        to[k] += global[k][lane];
+      }
+    }
+  }
+}
+
+template <bool kFull, bool kLoaded>
+UDAR_INLINE void condense_to_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
+                                       Condensed& condensed) {
+  EndPlaces ends;
+  EndValues load;
+  gather<3>(frame, sweep.place, sweep.pitch, ends);
+  condense_pack<kFull, kLoaded>(tables, frame, sweep, ends, condensed);
+  load_of(tables, condensed, load);
+  add_load(frame, load, sweep);
+}
+
+template <bool kFull, bool kLoaded>
+UDAR_INLINE void resolve_from_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
+                                        const Condensed& condensed) {
+  EndPlaces ends;
+  EndValues known;
+  gather<3>(frame, sweep.place, sweep.pitch, ends);
+  known_at(frame, sweep, known);
+  sweep.rotation.x != nullptr ? resolve_pack<kFull, kLoaded, true>(tables, frame, sweep, ends, condensed, known)
+                              : resolve_pack<kFull, kLoaded, false>(tables, frame, sweep, ends, condensed, known);
+}
+// NOLINTEND(cppcoreguidelines-pro-type-member-init)
+
+UDAR_CLONES void condense_full(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+                               Condensed& condensed) {
+  sweep.force.x != nullptr ? condense_to_junctions<true, true>(tables, pack, sweep, condensed)
+                           : condense_to_junctions<true, false>(tables, pack, sweep, condensed);
+}
+UDAR_CLONES void condense_part(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+                               Condensed& condensed) {
+  sweep.force.x != nullptr ? condense_to_junctions<false, true>(tables, pack, sweep, condensed)
+                           : condense_to_junctions<false, false>(tables, pack, sweep, condensed);
+}
+UDAR_CLONES void resolve_full(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+                              const Condensed& condensed) {
+  sweep.force.x != nullptr ? resolve_from_junctions<true, true>(tables, pack, sweep, condensed)
+                           : resolve_from_junctions<true, false>(tables, pack, sweep, condensed);
+}
+UDAR_CLONES void resolve_part(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+                              const Condensed& condensed) {
+  sweep.force.x != nullptr ? resolve_from_junctions<false, true>(tables, pack, sweep, condensed)
+                           : resolve_from_junctions<false, false>(tables, pack, sweep, condensed);
+}
+
+}  // namespace
+
+void condense(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed) {
+  pack.lanes == kLanes ? condense_full(tables, pack, sweep, condensed) : condense_part(tables, pack, sweep, condensed);
+}
+
+void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed) {
+  pack.lanes == kLanes ? resolve_full(tables, pack, sweep, condensed) : resolve_part(tables, pack, sweep, condensed);
+}
+
+}  // namespace udar::network
