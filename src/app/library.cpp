@@ -6,6 +6,7 @@
 
 #include "udar/app/run.hpp"
 #include "udar/filter/pc_chain.hpp"
+#include "udar/filter/pc_network.hpp"
 #include "udar/integrators/configure.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
@@ -23,6 +24,7 @@ void register_types() {
     petsc::add_known_key(key);
   }
   UDAR_CALL(register_pc_chain());
+  UDAR_CALL(register_pc_network());
   register_integrators();
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "udar/filter/pc_chain.hpp"
+#include "udar/filter/pc_network.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/log.hpp"
@@ -62,6 +63,14 @@ void require_filter_frequency(const FilterParameters& parameters) {
   }
 }
 
+/// The solver inside a preconditioner that solves for whole columns, null for others.
+ColumnSolver* column_solver(PC pc) {
+  if (ColumnSolver* chain = chain_solver(pc)) {
+    return chain;
+  }
+  return network_solver(pc);
+}
+
 }  // namespace
 
 FilteredStructure::FilteredStructure(const Structure& structure, const FilterParameters& parameters)
@@ -77,18 +86,19 @@ void FilteredStructure::configure_solver() {
   PetscBool given = PETSC_FALSE;
   UDAR_CALL(PetscOptionsGetString(nullptr, "filter_", "-pc_type", type.data(), type.size(), &given));
   const std::string reason = operator_->block_form_reason();
-  const bool chain = given == PETSC_TRUE ? std::string{kPcChain} == type.data() : reason.empty();
-  if (chain && !reason.empty()) {
+  const bool by_columns = given == PETSC_TRUE ? std::string{operator_->solver_type()} == type.data() : reason.empty();
+  if (by_columns && !reason.empty()) {
     throw InputError{"filter pc type: chain cannot carry this line (" + reason + "), use lu, or leave the option out"};
   }
   UDAR_CALL(register_pc_chain());
+  UDAR_CALL(register_pc_network());
   UDAR_CALL(KSPCreate(operator_->comm(), solver_.put()));
   UDAR_CALL(KSPSetOptionsPrefix(solver_, "filter_"));
-  UDAR_CALL(KSPSetOperators(solver_, op(), chain ? op() : operator_->matrix()));
+  UDAR_CALL(KSPSetOperators(solver_, op(), by_columns ? op() : operator_->matrix()));
   PC preconditioner = nullptr;
   UDAR_CALL(KSPGetPC(solver_, &preconditioner));
-  if (chain) {
-    UDAR_CALL(PCSetType(preconditioner, kPcChain));
+  if (by_columns) {
+    UDAR_CALL(PCSetType(preconditioner, operator_->solver_type()));
     UDAR_CALL(KSPSetType(solver_, KSPPREONLY));
   } else if (operator_->definite()) {
     choose_cholesky(preconditioner, operator_->comm());
@@ -103,7 +113,7 @@ void FilteredStructure::configure_solver() {
   if (other_type == PETSC_TRUE) {
     // 1e-12: what an iterative solver can reach here and the time integration does not notice.
     UDAR_CALL(KSPSetTolerances(solver_, 1e-12, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
-  } else if (!chain && !operator_->definite()) {
+  } else if (!by_columns && !operator_->definite()) {
     UDAR_CALL(KSPSetNormType(solver_, KSP_NORM_NONE));
     UDAR_CALL(KSPSetTolerances(solver_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 2));
   }
@@ -112,9 +122,9 @@ void FilteredStructure::configure_solver() {
   PetscBool direct = PETSC_FALSE;
   UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(solver_)), KSPPREONLY, &direct));
   if (direct == PETSC_TRUE) {
-    chain_ = chain_solver(preconditioner);
+    columns_ = column_solver(preconditioner);
   }
-  if (chain_ != nullptr) {
+  if (columns_ != nullptr) {
     // KSPSolve, which would do this, is not on its way.
     UDAR_CALL(KSPViewFromOptions(solver_, nullptr, "-ksp_view"));
   }
@@ -159,8 +169,8 @@ void FilteredStructure::correct(std::vector<CorrectedMode> modes) {
 }
 
 void FilteredStructure::solve_filtered(std::span<const FilterColumn> columns) {
-  if (chain_ != nullptr) {
-    return solve_by_chain(columns);
+  if (columns_ != nullptr) {
+    return solve_by_columns(columns);
   }
   if (columns.size() > 1 && operator_->definite()) {
     return solve_together(columns);
@@ -176,9 +186,9 @@ bool FilteredStructure::check_due(std::size_t solves) const {
   return interval > 0 && (solves_ + interval - 1) % interval + static_cast<PetscInt>(solves) >= interval;
 }
 
-void FilteredStructure::solve_by_chain(std::span<const FilterColumn> columns) {
+void FilteredStructure::solve_by_columns(std::span<const FilterColumn> columns) {
   if (!check_due(columns.size())) {
-    chain_->solve(columns);
+    columns_->solve(columns);
     solves_ += static_cast<PetscInt>(columns.size());
     return;
   }
@@ -188,8 +198,8 @@ void FilteredStructure::solve_by_chain(std::span<const FilterColumn> columns) {
   if (checked.internal == nullptr) {
     checked.internal = internal.data();
   }
-  chain_->solve({&checked, 1});
-  chain_->solve(columns.subspan(1));
+  columns_->solve({&checked, 1});
+  columns_->solve(columns.subspan(1));
   solves_ += static_cast<PetscInt>(columns.size());
   right_hand_side(checked);
   {

@@ -206,6 +206,18 @@ void NetworkSolver::add_grounds(std::vector<Block>& blocks) const {
     }
     blocks.push_back(block);
   }
+  for (const RotationSpring& spring : network_->rotation_springs()) {
+    if (network_->junction_ranks()[spring.junction] == rank_) {
+      Block block{.row = local_[spring.junction], .column = local_[spring.junction]};
+      const std::array<double, 3> axis = triple(spring.axis);
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          block.value[3 + i][3 + k] = static_cast<Real>(spring.stiffness) * axis[i] * axis[k];
+        }
+      }
+      blocks.push_back(block);
+    }
+  }
 }
 
 /// Unknowns that never move, and rotations that nothing turns, become rows of the identity.
@@ -300,20 +312,45 @@ void NetworkSolver::invert_interface() {
   }
 }
 
-void NetworkSolver::solve(std::span<const FilterColumn> columns) {
+void NetworkSolver::solve(std::span<const FilterColumn> columns, std::span<const double> load) {
   while (!columns.empty()) {
     const std::size_t batch = std::min(columns.size(), JunctionSystem::kBatch);
-    solve_batch(columns.first(batch));
+    const std::size_t loads = load.empty() ? 0 : 6 * junctions_.size() * batch;
+    solve_batch(columns.first(batch), load.first(loads));
     columns = columns.subspan(batch);
+    load = load.subspan(loads);
   }
 }
 
-void NetworkSolver::solve_batch(std::span<const FilterColumn> columns) {
+void NetworkSolver::solve_batch(std::span<const FilterColumn> columns, std::span<const double> load) {
   find_places(columns);
   load_own(columns);
+  for (std::size_t i = 0; i < load.size(); ++i) {
+    const std::size_t c = i / (6 * junctions_.size());
+    const std::size_t junction = i / 6 % junctions_.size();
+    values_[(system_->place(junction) * columns.size() + c) * JunctionSystem::kPitch + i % 6] += load[i];
+  }
   condense_members(columns);
   solve_junctions(columns.size());
   resolve_members(columns);
+  const std::size_t points = network_->points().coordinates();
+  for (const FilterColumn& column : columns) {
+    for (std::size_t i = 0; column.internal != nullptr && i < points; ++i) {
+      column.internal[points + i] = column.displacement[i] + column.stretch[i];
+    }
+  }
+}
+
+void NetworkSolver::take_moments(std::span<double> rotation, std::span<double> load) const {
+  const auto turned = triple_of(rotation.data(), network_->nodes());
+  const std::vector<std::size_t>& own = network_->own_junctions();
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    std::size_t k = 6 * local_[own[i]] + 3;
+    for (double* about : {turned.x, turned.y, turned.z}) {
+      load[k++] += about[i];
+      about[i] = 0.0;
+    }
+  }
 }
 
 /// Displacements of the masses at the local junctions: own ones, and those of the interface from whoever has them.

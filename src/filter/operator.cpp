@@ -3,9 +3,13 @@
 #include "udar/filter/assembled.hpp"
 #include "udar/filter/hermite_line.hpp"
 #include "udar/filter/mixed_line.hpp"
+#include "udar/filter/network_operator.hpp"
+#include "udar/filter/pc_chain.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+
+const char* FilterOperator::solver_type() const { return kPcChain; }
 
 std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const FilterParameters& parameters) {
   const BeamChain* chain = structure.chain();

@@ -11,6 +11,7 @@
 #include "udar/filter/chain_solver.hpp"
 #include "udar/filter/corrected_modes.hpp"
 #include "udar/filter/filter_column.hpp"
+#include "udar/filter/network_solver.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/petsc/handle.hpp"
 #include "udar/structure/beam_chain.hpp"
@@ -87,14 +88,16 @@ class FilteredStructure {
   [[nodiscard]] KSP solver() const noexcept { return solver_; }      ///< for PETSc calls beyond this class
   [[nodiscard]] Mat op() const noexcept { return operator_->op(); }  ///< its product, scaled, in its own unknowns
   /// The chain solver where it serves, else null: why not is in `FilterOperator::block_form_reason`.
-  [[nodiscard]] const ChainSolver* chain() const noexcept { return chain_; }
+  [[nodiscard]] const ChainSolver* chain() const noexcept { return dynamic_cast<const ChainSolver*>(columns_); }
+  /// That of a network where it serves, else null.
+  [[nodiscard]] const NetworkSolver* network() const noexcept { return dynamic_cast<const NetworkSolver*>(columns_); }
   /// Largest normwise backward error seen by the residual check so far [-].
   [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
 
  private:
   void configure_solver();
   void right_hand_side(const FilterColumn& column);
-  void solve_by_chain(std::span<const FilterColumn> columns);
+  void solve_by_columns(std::span<const FilterColumn> columns);
   void solve_by_ksp(const FilterColumn& column);
   void require_convergence() const;
   void solve_together(std::span<const FilterColumn> columns);
@@ -107,7 +110,7 @@ class FilteredStructure {
   FilterParameters parameters_;
   std::unique_ptr<FilterOperator> operator_;
   petsc::LinearSolver solver_;
-  ChainSolver* chain_ = nullptr;
+  ColumnSolver* columns_ = nullptr;
   CorrectedModes corrected_;
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;

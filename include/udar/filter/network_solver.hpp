@@ -39,11 +39,18 @@ class NetworkSolver final : public ColumnSolver {
   /// @note Collective. @throws InputError naming a junction that nothing holds
   NetworkSolver(const Network& network, double filter_frequency);
 
-  /// @brief Solves for every column: displacement, force and stretch of the rank's points; `internal` are the rotations
-  /// of the nodes about the axes that the points move along [rad]. Columns go up to four at a time.
+  /// @brief Solves for every column: displacement, force and stretch of the rank's points; `internal` as that of
+  /// `NetworkOperator`. Columns go up to four at a time.
   /// @note Collective: on several ranks two `MPI_Allgatherv` a batch, of three and of six numbers of each junction of
   /// the interface and column
-  void solve(std::span<const FilterColumn> columns) override;
+  void solve(std::span<const FilterColumn> columns) override { solve(columns, {}); }
+  /// @param load besides, six forces and moments of each local junction [N, N m], one column after the other; empty:
+  /// none; those of several ranks on one junction add up
+  void solve(std::span<const FilterColumn> columns, std::span<const double> load);
+  /// Of each junction of the network: which local one it is.
+  [[nodiscard]] std::span<const std::size_t> local_junctions() const noexcept { return local_; }
+  /// @brief Moves moments on the own junctions to where `solve` takes them. @param rotation of the nodes about y, x, z
+  void take_moments(std::span<double> rotation, std::span<double> load) const;
 
   [[nodiscard]] const Report& report() const noexcept { return report_; }
 
@@ -62,7 +69,7 @@ class NetworkSolver final : public ColumnSolver {
   void hold(std::vector<network::Block>& blocks);
   void factor();
   void invert_interface();
-  void solve_batch(std::span<const FilterColumn> columns);
+  void solve_batch(std::span<const FilterColumn> columns, std::span<const double> load);
   void find_places(std::span<const FilterColumn> columns);
   void load_own(std::span<const FilterColumn> columns);
   void condense_members(std::span<const FilterColumn> columns);

@@ -107,7 +107,9 @@ class FilterOperator {
 
   /// What the chain solver needs, null of an operator that it cannot carry.
   [[nodiscard]] virtual const LineData* line() const = 0;
-  /// Why it cannot: "tension", "Hermite form", or empty.
+  /// The type of the `PC` that solves for whole columns, where one can.
+  [[nodiscard]] virtual const char* solver_type() const;
+  /// Why none can: "tension", "Hermite form", or empty.
   [[nodiscard]] virtual std::string block_form_reason() const = 0;
   /// Whether the matrix is positive definite, so that Cholesky is its solver by default.
   [[nodiscard]] virtual bool definite() const = 0;

@@ -1,0 +1,147 @@
+#include "udar/filter/pc_network.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/filter/inner_moments.hpp"
+#include "udar/petsc/composed.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/preconditioner.hpp"
+
+namespace udar {
+namespace {
+
+constexpr const char* kComposed = "udar_network";
+
+const NetworkOperator* network_of(Mat matrix) {
+  return petsc::composed<NetworkOperator>(reinterpret_cast<PetscObject>(matrix), kComposed);
+}
+
+class NetworkPreconditioner final : public petsc::Preconditioner {
+ public:
+  void set_from_options(PC /*pc*/) override {}
+
+  void set_up(Mat amat, Mat pmat) override {
+    operator_ = network_of(pmat) != nullptr ? network_of(pmat) : network_of(amat);
+    if (operator_ == nullptr) {
+      throw InputError{
+          "preconditioner network solves the networks of udar only, and none is composed with the matrix; choose "
+          "another -pc_type"};
+    }
+    solver_ = std::make_unique<NetworkSolver>(operator_->network(), operator_->filter_frequency());
+    moments_.reset();
+  }
+
+  void apply(Vec right, Vec solution) override {
+    Column column;
+    UDAR_CALL(VecGetArrayRead(right, &column.right));
+    UDAR_CALL(VecGetArrayWrite(solution, &column.solution));
+    solve({&column, 1});
+    UDAR_CALL(VecRestoreArrayWrite(solution, &column.solution));
+    UDAR_CALL(VecRestoreArrayRead(right, &column.right));
+  }
+
+  void apply(Mat right, Mat solution) override {
+    PetscInt count = 0;
+    PetscInt right_pitch = 0;
+    PetscInt solution_pitch = 0;
+    const double* from = nullptr;
+    double* to = nullptr;
+    UDAR_CALL(MatGetSize(right, nullptr, &count));
+    UDAR_CALL(MatDenseGetLDA(right, &right_pitch));
+    UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
+    UDAR_CALL(MatDenseGetArrayRead(right, &from));
+    UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
+    std::vector<Column> columns(static_cast<std::size_t>(count));
+    for (Column& column : columns) {
+      column = {.right = from, .solution = to};
+      from += right_pitch;
+      to += solution_pitch;
+    }
+    solve(columns);
+    UDAR_CALL(MatDenseRestoreArrayWrite(solution, &to));
+    UDAR_CALL(MatDenseRestoreArrayRead(right, &from));
+  }
+
+  void view(PetscViewer viewer) const override {
+    if (solver_ == nullptr) {
+      UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  not yet set up\n"));
+      return;
+    }
+    const NetworkSolver::Report& report = solver_->report();
+    UDAR_CALL(PetscViewerASCIIPrintf(
+        viewer, "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
+        report.members, report.kinds, report.packs, report.junctions, report.factor_blocks));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, tables %zu bytes\n", report.factor_bytes,
+                                     report.table_bytes));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
+                                     report.interface, report.own_interface));
+  }
+
+  [[nodiscard]] NetworkSolver* solver() const { return solver_.get(); }
+
+ private:
+  struct Column {
+    const double* right = nullptr;
+    double* solution = nullptr;
+  };
+
+  /// Right-hand sides of the scaled frame.
+  void solve(std::span<const Column> columns) {
+    if (moments_ == nullptr) {
+      moments_ = std::make_unique<InnerMoments>(operator_->network(), solver_->local_junctions());
+    }
+    const std::size_t points = operator_->mass().size();
+    const std::span<const double> scale = operator_->scale();
+    const std::size_t junctions = 6 * solver_->report().junctions;
+    std::vector<double> force(2 * points * columns.size());
+    std::vector<double> answer(3 * points * columns.size());  // stretch, rotations, displacement
+    std::vector<double> loads(junctions * columns.size(), 0.0);
+    const std::vector<double> still(points, 0.0);
+    std::vector<FilterColumn> all;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const std::span own{force.data() + 2 * points * c, 2 * points};
+      for (std::size_t i = 0; i < own.size(); ++i) {
+        own[i] = columns[c].right[i] / scale[i];
+      }
+      const std::span junction{loads.data() + junctions * c, junctions};
+      solver_->take_moments(own.subspan(points), junction);
+      moments_->eliminate({.point = own.first(points), .rotation = own.subspan(points), .junction = junction});
+      all.push_back({.displacement = still.data(),
+                     .force = own.data(),
+                     .stretch = answer.data() + 3 * points * c,
+                     .internal = answer.data() + 3 * points * c + points});
+    }
+    solver_->solve(all, loads);
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const double* turned = force.data() + 2 * points * c + points;
+      for (std::size_t i = 0; i < points; ++i) {
+        columns[c].solution[i] = all[c].stretch[i] / scale[i];
+        columns[c].solution[points + i] = (all[c].internal[i] + turned[i]) / scale[points + i];
+      }
+    }
+  }
+
+  const NetworkOperator* operator_ = nullptr;
+  std::unique_ptr<NetworkSolver> solver_;
+  std::unique_ptr<InnerMoments> moments_;
+};
+
+}  // namespace
+
+void compose_network(Mat matrix, const NetworkOperator& network) {
+  petsc::compose(reinterpret_cast<PetscObject>(matrix), kComposed, network);
+}
+
+PetscErrorCode register_pc_network() { return petsc::register_preconditioner<NetworkPreconditioner>(kPcNetwork); }
+
+NetworkSolver* network_solver(PC pc) {
+  PetscBool network = PETSC_FALSE;
+  UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), kPcNetwork, &network));
+  return network == PETSC_TRUE ? static_cast<NetworkPreconditioner*>(petsc::attached(pc))->solver() : nullptr;
+}
+
+}  // namespace udar
