@@ -21,7 +21,7 @@ namespace udar {
 ///
 /// Internal numbers: the elastic force F - wf^2 m d on each point [N], 0 where it is fixed; half of its work along the
 /// displacements is the strain energy. Source: docs/theory.md, "Imported matrices"
-class AssembledOperator final : public FilterOperator {
+class AssembledOperator : public FilterOperator {
  public:
   /// @brief What is called a translation: points have one displacement all, or one for each direction in which they
   /// move.
@@ -54,6 +54,13 @@ class AssembledOperator final : public FilterOperator {
   [[nodiscard]] bool definite() const override { return true; }
   [[nodiscard]] std::unique_ptr<ColumnSolver> with_springs(std::span<const ContactSpring> springs) const override;
   [[nodiscard]] double points_moved_together(std::size_t point) const override;
+
+  /// Of each local unknown: the matrix is S (wf^2 M + C) S with S of powers of two.
+  [[nodiscard]] std::span<const double> scale() const noexcept { return scale_; }
+
+ protected:
+  /// Whether a local point never moves.
+  [[nodiscard]] bool fixed(std::size_t point) const { return fixed_[point]; }
 
  private:
   /// An entry of C beside the diagonal, in the column of a point.
