@@ -69,6 +69,9 @@ struct Elements {
   }
 };
 
+/// Between two hinges of torsion.
+bool twists_freely(const Member& member) { return member.ends[0].joint[0] == 0.0 && member.ends[1].joint[0] == 0.0; }
+
 }  // namespace
 
 InnerMoments::InnerMoments(const Network& network, std::span<const std::size_t> local)
@@ -78,6 +81,18 @@ InnerMoments::InnerMoments(const Network& network, std::span<const std::size_t> 
       members_.push_back(member);
       first_.push_back(inverse_.size());
       factor(member);
+    }
+  }
+}
+
+/// The spring that the frame has there.
+void InnerMoments::add_twist(std::size_t member, Matrix3& own) const {
+  const MemberKind& kind = network_->kinds()[network_->kind(member)];
+  const double stiffness = network_->parameters().sections[kind.section].torsion() / kind.element_length;
+  const Vector3& axis = network_->axes(member)[0];
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      own[i][k] += stiffness * axis[i] * axis[k];
     }
   }
 }
@@ -92,6 +107,9 @@ void InnerMoments::factor(std::size_t member) {
       for (std::size_t c = 0; c < 3; ++c) {
         own[r][c] += right[r][c];
       }
+    }
+    if (i == 1 && twists_freely(network_->parameters().members[member])) {
+      add_twist(member, own);
     }
     if (i > 1) {
       for (std::size_t c = 0; c < 3; ++c) {

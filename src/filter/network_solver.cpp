@@ -220,20 +220,10 @@ void NetworkSolver::add_grounds(std::vector<Block>& blocks) const {
   }
 }
 
-/// Unknowns that never move, and rotations that nothing turns, become rows of the identity.
+/// Unknowns that never move become rows of the identity.
 void NetworkSolver::hold(std::vector<Block>& blocks) {
-  std::vector<std::array<Real, 6>> diagonal(junctions_.size());
-  for (const Block& block : blocks) {
-    for (std::size_t i = 0; block.row == block.column && i < 6; ++i) {
-      diagonal[block.row][i] += block.value[i][i];
-    }
-  }
-  held_.resize(junctions_.size());
-  for (std::size_t j = 0; j < junctions_.size(); ++j) {
-    held_[j] = network_->parameters().junctions[junctions_[j]].held;
-    for (std::size_t i = 3; i < 6; ++i) {
-      held_[j][i] = held_[j][i] || (j < inner_ && diagonal[j][i] == 0);
-    }
+  for (const std::size_t junction : junctions_) {
+    held_.push_back(network_->parameters().junctions[junction].held);
   }
   for (Block& block : blocks) {
     for (std::size_t i = 0; i < 6; ++i) {

@@ -241,14 +241,15 @@ UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame
     const auto& y = gains_y[i];
     const auto& z = gains_z[i];
     if constexpr (kTurned) {
-      const std::array<double, 2>& twist = tables.twist();
+      const MemberTables::Twist& twist = tables.twist();
       std::array<Pack, 2> bent{};
       load<kFull>(bent[0], given.rotation.y + at, frame.lanes);
       load<kFull>(bent[1], given.rotation.z + at, frame.lanes);
       const Pack about_z = (bent[0] + y.turn * pushed[0][0] + y.bend * pushed[0][1]) / h;
       const Pack about_y = (bent[1] + z.turn * pushed[1][0] + z.bend * pushed[1][1]) / -h;
       const Pack about_x =
-          known[0][3] + (twist[0] + static_cast<double>(i + 1) * twist[1]) * (known[1][3] - known[0][3]);
+          twist.first * known[0][3] + twist.second * known[1][3] +
+          static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
       turned_back(frame, {about_x, about_y, about_z}, global);
       store<kFull>(given.rotation.x + at, global[0], frame.lanes);
       store<kFull>(given.rotation.y + at, global[1], frame.lanes);

@@ -213,9 +213,13 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
   axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), kind.elements);
   const double flexible = kind.element_length * static_cast<double>(kind.elements) / section.torsion();
   torsion_ = 1.0 / (flexible + 1.0 / kind.joint[0][0] + 1.0 / kind.joint[1][0]);
-  twist_ = kind.joint[0][0] == 0.0
-               ? std::array{1.0, 0.0}
-               : std::array{torsion_ / kind.joint[0][0], torsion_ * kind.element_length / section.torsion()};
+  if (kind.joint[0][0] == 0.0) {  // it follows the second end, between two hinges nothing
+    twist_.second = kind.joint[1][0] == 0.0 ? 0.0 : 1.0;
+  } else {
+    twist_.second = torsion_ / kind.joint[0][0];
+    twist_.first = 1.0 - twist_.second;
+    twist_.element = torsion_ * kind.element_length / section.torsion();
+  }
 }
 
 std::array<std::array<long double, 12>, 12> MemberTables::end_stiffness() const {

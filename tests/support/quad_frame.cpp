@@ -325,6 +325,14 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
       }
     }
   }
+  if (kind.joint[0][0] == 0.0 && kind.joint[1][0] == 0.0 && kind.elements > 1) {  // it turns freely about its axis
+    const Quad spring = Quad{section.torsion()} / kind.element_length;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        chain.elements[0][9 + i][9 + k] += spring * axes[0][i] * axes[0][k];
+      }
+    }
+  }
   for (std::size_t i = 0; i + 1 < kind.elements && !force.empty(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       chain.loads[i][k] += force[3 * (first_node + i) + k];

@@ -30,6 +30,7 @@ class InnerMoments {
  private:
   using Matrix3 = std::array<std::array<double, 3>, 3>;
   void factor(std::size_t member);
+  void add_twist(std::size_t member, Matrix3& own) const;
   void eliminate(std::size_t index, const Loads& loads) const;
 
   const Network* network_;

@@ -47,8 +47,14 @@ class MemberTables {
   [[nodiscard]] const BendingTable& bending(std::size_t plane) const { return bending_[plane]; }
   [[nodiscard]] const AxialTable& axial() const noexcept { return axial_; }
   [[nodiscard]] double torsion() const noexcept { return torsion_; }  ///< between the ends [N m/rad]
-  /// Share of the twist between the ends that an inner node has: of its joint, and more with each element.
-  [[nodiscard]] const std::array<double, 2>& twist() const noexcept { return twist_; }
+  /// Rotation about the axis that inner nodes have of the first end's and of the second's, and of their difference with
+  /// each element from the first.
+  struct Twist {
+    double first = 0.0;
+    double second = 0.0;
+    double element = 0.0;
+  };
+  [[nodiscard]] const Twist& twist() const noexcept { return twist_; }
   /// What the member does to its ends [N, N m; m, rad]: displacements along and rotations about its axes x, y, z of the
   /// first end, then of the second.
   [[nodiscard]] std::array<std::array<long double, 12>, 12> end_stiffness() const;
@@ -59,7 +65,7 @@ class MemberTables {
   std::array<BendingTable, 2> bending_;
   AxialTable axial_;
   double torsion_ = 0.0;
-  std::array<double, 2> twist_{};
+  Twist twist_;
 };
 
 }  // namespace udar::network
