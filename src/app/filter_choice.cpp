@@ -50,7 +50,7 @@ std::vector<Mode> modes_in_band(const LowestModes& lowest, const FilterInput& fi
 std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   constexpr PetscInt kEchoed = 3;
   const MPI_Comm comm = line.points().comm();
-  const bool fine = input.view || input.imported;
+  const bool fine = input.view || !input.is_beam();
   const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
   if (!coarse) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
@@ -90,7 +90,7 @@ FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, cons
   if (!filter.automatic) {
     return filter.parameters;
   }
-  const std::unique_ptr<const Structure> given = model.imported ? make_structure(comm, model) : nullptr;
+  const std::unique_ptr<const Structure> given = model.is_beam() ? nullptr : make_structure(comm, model);
   const LowestModes lowest = [&](PetscInt count) {
     return given ? exact_modes(*given, filter.parameters, count)
                  : exact_modes(BeamChain{comm, coarser(comm, model.beam, count).value_or(model.beam)},

@@ -32,6 +32,12 @@ double rows_of(double interval, double end) { return interval > 0.0 ? end / inte
 
 OutputSize output_size(const Case& input) {
   double nodes = input.imported ? static_cast<double>(input.imported->places.size()) : 0.0;  // as many, or unknown
+  if (input.network) {
+    nodes = 3.0 * static_cast<double>(input.network->junctions.size());
+    for (const Member& member : input.network->members) {
+      nodes += 3.0 * (static_cast<double>(member.elements) - 1.0);
+    }
+  }
   for (const BeamSegment& segment : input.beam.segments) {
     nodes += static_cast<double>(segment.elements) + 1.0;
   }

@@ -12,6 +12,7 @@
 #include "udar/io/versions.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
+#include "udar/structure/network.hpp"
 
 namespace udar::app {
 namespace {
@@ -49,7 +50,10 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
   summary.completed = dynamics.completed();
   summary.end_time = dynamics.time();
   const BeamChain* beam = line.structure().chain();
-  summary.elements = beam != nullptr ? beam->elements() : 0;
+  const Network* network = line.structure().network();
+  summary.elements = beam != nullptr      ? beam->elements()
+                     : network != nullptr ? static_cast<PetscInt>(network->total_elements())
+                                          : 0;
   summary.ranks = size;
   TSType type = nullptr;
   UDAR_CALL(TSGetType(dynamics.stepper(), &type));

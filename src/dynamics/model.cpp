@@ -37,6 +37,9 @@ std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParame
   if (parameters.imported) {
     return std::make_unique<ImportedStructure>(comm, *parameters.imported);
   }
+  if (parameters.network) {
+    return std::make_unique<Network>(comm, *parameters.network);
+  }
   return std::make_unique<BeamChain>(comm, parameters.beam);
 }
 

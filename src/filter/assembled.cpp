@@ -11,26 +11,33 @@
 
 namespace udar {
 
-AssembledOperator::AssembledOperator(Mat stiffness, std::span<const double> mass, double filter_frequency)
-    : wf2_{filter_frequency * filter_frequency}, mass_(mass.begin(), mass.end()) {
+AssembledOperator::AssembledOperator(Mat stiffness, const MassPoints& points, double filter_frequency,
+                                     Translation translation)
+    : wf2_{filter_frequency * filter_frequency}, mass_(points.mass().begin(), points.mass().end()) {
   UDAR_CALL(PetscObjectGetComm(reinterpret_cast<PetscObject>(stiffness), &comm_));
-  collect(stiffness);
+  for (std::size_t point = 0; point < mass_.size(); ++point) {
+    fixed_.push_back(points.fixed(point));
+  }
+  collect(stiffness, points, translation);
   create_matrix(stiffness);
 }
 
 /// What the product with displacements of the points needs.
-void AssembledOperator::collect(Mat stiffness) {
+void AssembledOperator::collect(Mat stiffness, const MassPoints& points, Translation translation) {
   UDAR_CALL(MatCreateVecs(stiffness, given_.put(), nullptr));
   UDAR_CALL(VecSet(given_, 0.0));
   PetscInt begin = 0;
   PetscInt end = 0;
   UDAR_CALL(MatGetOwnershipRange(stiffness, &begin, &end));
-  // Which columns are points: 1 there.
-  const petsc::Vector is_point = [&] {
+  // With what each column translates; 0: no point.
+  const petsc::Vector group = [&] {
     petsc::Vector vector;
     UDAR_CALL(VecDuplicate(given_, vector.put()));
     const petsc::WriteArray values{vector};
-    std::fill_n(values.values(), mass_.size(), 1.0);
+    for (std::size_t point = 0; point < mass_.size(); ++point) {
+      values.values()[point] =
+          translation == Translation::of_all ? 1.0 : 1.0 + static_cast<double>(points.direction(point));
+    }
     std::fill(values.values() + mass_.size(), values.values() + (end - begin), 0.0);
     return vector;
   }();
@@ -49,32 +56,58 @@ void AssembledOperator::collect(Mat stiffness) {
   UDAR_CALL(ISCreateGeneral(PETSC_COMM_SELF, count, columns.data(), PETSC_COPY_VALUES, from.put()));
   UDAR_CALL(VecCreateSeq(PETSC_COMM_SELF, count, needed_.put()));
   UDAR_CALL(VecScatterCreate(given_, from, needed_, nullptr, gather_.put()));
-  UDAR_CALL(VecScatterBegin(gather_, is_point, needed_, INSERT_VALUES, SCATTER_FORWARD));
-  UDAR_CALL(VecScatterEnd(gather_, is_point, needed_, INSERT_VALUES, SCATTER_FORWARD));
-  const petsc::ReadArray points{needed_};
-  // Sums that are rounding of what is summed up, by whoever assembled it, are none.
-  constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+  UDAR_CALL(VecScatterBegin(gather_, group, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  UDAR_CALL(VecScatterEnd(gather_, group, needed_, INSERT_VALUES, SCATTER_FORWARD));
+  const petsc::ReadArray groups{needed_};
   std::size_t next = 0;
   for (PetscInt row = begin; row < end; ++row) {
-    first_.push_back(entries_.size());
+    const std::size_t first = next;
+    while (next < entries.size() && entries[next].row == row) {
+      ++next;
+    }
+    add_row(row, std::span{entries}.subspan(first, next - first), columns, groups.values());
+  }
+  first_group_.push_back(groups_.size());
+}
+
+/// @param groups of each of the columns gathered
+void AssembledOperator::add_row(PetscInt row, std::span<const MatrixEntry> entries, std::span<const PetscInt> columns,
+                                const double* groups) {
+  // Sums that are rounding of what is summed up, by whoever assembled it, are none.
+  constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+  constexpr double kLastGroup = 1.0 + static_cast<double>(Direction::z);
+  const auto place_of = [&](PetscInt column) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(columns, column) - columns.begin());
+  };
+  const std::size_t own = place_of(row);
+  std::vector<std::size_t> places;
+  for (const MatrixEntry& entry : entries) {
+    places.push_back(place_of(entry.column));
+  }
+  first_group_.push_back(groups_.size());
+  for (double wanted = 1.0; wanted <= kLastGroup; wanted += 1.0) {
+    // Any reference is right; a point's own displacement, or that of one beside it, is near.
+    const std::size_t none = columns.size();
+    Group group{.first = entries_.size(), .near = groups[own] == wanted ? own : none};
     long double sum = 0.0;
     long double size = 0.0;
-    for (; next < entries.size() && entries[next].row == row; ++next) {
-      const MatrixEntry& entry = entries[next];
-      const auto place = static_cast<std::size_t>(std::ranges::lower_bound(columns, entry.column) - columns.begin());
-      if (points.values()[place] == 0.0) {
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      if (groups[places[k]] != wanted) {
         continue;
       }
-      sum += entry.value;
-      size += std::abs(entry.value);
-      if (entry.column != row) {
-        entries_.push_back({.column = place, .value = entry.value});
+      sum += entries[k].value;
+      size += std::abs(entries[k].value);
+      group.near = group.near == none ? places[k] : group.near;
+      if (places[k] != own) {
+        entries_.push_back({.column = places[k], .value = entries[k].value});
       }
     }
-    row_sum_.push_back(std::abs(sum) <= kRounding * size ? 0.0 : static_cast<double>(sum));
+    group.last = entries_.size();
+    group.sum = std::abs(sum) <= kRounding * size ? 0.0 : static_cast<double>(sum);
+    if (group.near != none) {
+      groups_.push_back(group);
+    }
   }
-  first_.push_back(entries_.size());
-  own_ = static_cast<std::size_t>(std::ranges::lower_bound(columns, begin) - columns.begin());
 }
 
 /// S (wf^2 M + C) S, with powers of two in S: scaled entries keep their digits.
@@ -120,41 +153,46 @@ void AssembledOperator::right_hand_side(const FilterColumn& column, std::span<do
   const petsc::ReadArray needed{needed_};
   const double* u = needed.values();
   for (std::size_t i = 0; i < values.size(); ++i) {
-    // Any reference is right; a point's own displacement, or that of one beside it, is near.
-    const bool alone = first_[i] == first_[i + 1];
-    const double near = i < mass_.size() || alone ? u[own_ + i] : u[entries_[first_[i]].column];
-    double sum = row_sum_[i] * near;
-    for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) {
-      sum += entries_[k].value * (u[entries_[k].column] - near);
+    double sum = 0.0;
+    for (std::size_t g = first_group_[i]; g < first_group_[i + 1]; ++g) {
+      const Group& group = groups_[g];
+      const double near = u[group.near];
+      double part = group.sum * near;
+      for (std::size_t k = group.first; k < group.last; ++k) {
+        part += entries_[k].value * (u[entries_[k].column] - near);
+      }
+      sum += part;
     }
     const double force = i < mass_.size() && column.force != nullptr ? column.force[i] : 0.0;
-    values[i] = scale_[i] * (force - sum);
+    values[i] = i < mass_.size() && fixed_[i] ? 0.0 : scale_[i] * (force - sum);
   }
 }
 
 void AssembledOperator::extract(std::span<const double> unknowns, const FilterColumn& column) const {
   for (std::size_t i = 0; i < mass_.size(); ++i) {
-    column.stretch[i] = scale_[i] * unknowns[i];
-    if (column.internal != nullptr) {
+    column.stretch[i] = fixed_[i] ? -column.displacement[i] : scale_[i] * unknowns[i];
+    if (column.internal != nullptr && fixed_[i]) {
+      column.internal[i] = 0.0;
+    } else if (column.internal != nullptr) {
       column.internal[i] = (column.force != nullptr ? column.force[i] : 0.0) - wf2_ * mass_[i] * column.stretch[i];
     }
   }
 }
 
 void AssembledOperator::unknowns_of(const FilterColumn& /*column*/, std::span<double> /*unknowns*/) const {
-  throw InputError{"imported matrices are not solved by columns: not all of their unknowns have mass"};
+  throw InputError{"an assembled matrix is not solved by columns: not all of its unknowns have mass"};
 }
 
 double AssembledOperator::largest_unknown(const double* displacement) const {
   double largest = 0.0;
   for (std::size_t i = 0; i < mass_.size(); ++i) {
-    largest = std::max(largest, std::abs(displacement[i] / scale_[i]));
+    largest = std::max(largest, fixed_[i] ? 0.0 : std::abs(displacement[i] / scale_[i]));
   }
   return largest;
 }
 
 void AssembledOperator::internal_of(std::span<const double> /*displacement*/, std::span<double> /*internal*/) {
-  throw InputError{"filter frequency: none is for beams: imported matrices are not integrated without a filter"};
+  throw InputError{"filter frequency: none is for beams: no other structure is integrated without a filter"};
 }
 
 std::span<const FieldInfo> AssembledOperator::internal_fields() const {
@@ -175,11 +213,11 @@ double AssembledOperator::strain_energy(std::span<const double> displacement, st
 }
 
 std::unique_ptr<ColumnSolver> AssembledOperator::with_springs(std::span<const ContactSpring> /*springs*/) const {
-  throw InputError{"springs at contact points need the chain solver, and there is none for imported matrices"};
+  throw InputError{"springs at contact points need the chain solver, and there is none for an assembled matrix"};
 }
 
 double AssembledOperator::points_moved_together(std::size_t /*point*/) const {
-  throw InputError{"springs at contact points need the chain solver, and there is none for imported matrices"};
+  throw InputError{"springs at contact points need the chain solver, and there is none for an assembled matrix"};
 }
 
 }  // namespace udar

@@ -11,9 +11,12 @@ std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const 
   const BeamChain* chain = structure.chain();
   if (chain == nullptr) {
     if (!parameters.filtered()) {
-      throw InputError{"filter frequency: none is for beams alone; imported matrices need a number > 0 [rad/s]"};
+      throw InputError{"filter frequency: none is for beams alone; other structures need a number > 0 [rad/s]"};
     }
-    return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points().mass(), parameters.shift());
+    using Translation = AssembledOperator::Translation;
+    return std::make_unique<AssembledOperator>(
+        structure.stiffness(), structure.points(), parameters.shift(),
+        structure.network() != nullptr ? Translation::by_direction : Translation::of_all);
   }
   const BeamChain& beam = *chain;
   if (parameters.formulation == Formulation::mixed) {

@@ -177,7 +177,7 @@ class Modal final : public ProblemIntegrator {
   void prepare() override {
     const BeamChain* const chain = equations_->line().structure().chain();
     if (chain == nullptr) {
-      throw InputError{"ts type: modal is not allowed with an imported structure, expected a beam"};
+      throw InputError{"ts type: modal is not allowed with this structure, expected a beam"};
     }
     bool rigid = false;
     for (const Support& support : contact_->supports()) {

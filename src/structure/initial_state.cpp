@@ -24,11 +24,12 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
   masses.velocity.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
     const auto [x, y, z] = points.place(point);
+    const bool fixed = points.fixed(point);
     if (points.direction(point) != Direction::y) {
-      masses.velocity.push_back(points.direction(point) == Direction::x ? -initial.angular_velocity * y : 0.0);
+      const bool turns = points.direction(point) == Direction::x && !fixed;
+      masses.velocity.push_back(turns ? -initial.angular_velocity * y : 0.0);
       continue;
     }
-    const bool fixed = points.fixed(point);
     masses.position[point] += fixed ? 0.0 : interpolate(initial.shape.x, initial.shape.offset, x);
     masses.velocity.push_back(fixed ? 0.0
                                     : initial.velocity + initial.angular_velocity * (x - middle) +

@@ -17,6 +17,7 @@
 #include "udar/structure/imported.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
+#include "udar/structure/network.hpp"
 
 namespace udar {
 
@@ -24,6 +25,7 @@ namespace udar {
 struct ModelParameters {
   BeamParameters beam{};
   std::optional<ImportParameters> imported{};  ///< in place of the beam
+  std::optional<NetworkParameters> network{};  ///< the same
   FilterParameters filter{};
   double gravity = 9.81;  ///< [m/s^2]
   std::vector<NodalLoad> loads{};
@@ -32,9 +34,11 @@ struct ModelParameters {
   InitialState initial{};
   std::vector<Support> supports{};
   ContactParameters contact{};
+
+  [[nodiscard]] bool is_beam() const noexcept { return !imported && !network; }
 };
 
-/// @brief What is simulated. @note Collective. @throws as `BeamChain` and `ImportedStructure`
+/// @brief What is simulated. @note Collective. @throws as `BeamChain`, `ImportedStructure`, `Network`
 [[nodiscard]] std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters);
 
 /// @brief Structure, line, loads and equations, in the order in which they need each other, and what `ImpactDynamics`

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "udar/petsc/handle.hpp"
 #include "udar/structure/structure.hpp"
 
 namespace udar {
@@ -26,8 +27,8 @@ struct MemberSection {
   std::array<double, 2> shear_factor{};  ///< k of k G A along y and z, Timoshenko; 0: no shear strain
   double radius = 0.0;                   ///< for pictures [m]; 0: that of a circle of this area
 
-  [[nodiscard]] double mass_per_length() const noexcept { return density * area; }  ///< [kg/m]
-  [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }     ///< EA [N]
+  [[nodiscard]] double mass_per_length() const noexcept { return density * area; }                      ///< [kg/m]
+  [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }                         ///< EA [N]
   [[nodiscard]] double bending(std::size_t plane) const { return youngs_modulus * inertia.at(plane); }  ///< [N m^2]
   [[nodiscard]] double torsion() const noexcept { return shear_modulus * torsion_constant; }            ///< GJ [N m^2]
   /// 1 / (k G A) [1/N].
@@ -81,64 +82,125 @@ using Axes = std::array<std::array<double, 3>, 3>;
 struct MemberKind {
   std::size_t section = 0;
   std::size_t elements = 1;
-  double element_length = 0.0;                             ///< [m]
-  std::array<std::array<double, 3>, 2> joint{};            ///< of both ends, as `MemberEnd::joint`
+  double element_length = 0.0;                   ///< [m]
+  std::array<std::array<double, 3>, 2> joint{};  ///< of both ends, as `MemberEnd::joint`
 };
 
-/// @brief Members of one kind whose inner nodes stand side by side: node i of lane l is at `first` + i * lanes + l.
+/// @brief Members of one kind whose inner nodes stand side by side: inner node i = 0, 1, ... of lane l, counted from
+/// the member's first end, is at `first` + i * `lanes` + l. Members of one element have none.
 struct MemberPack {
   static constexpr std::size_t kLanes = 8;
 
   std::size_t kind = 0;
-  std::size_t first = 0;                        ///< local node
-  std::size_t lanes = 0;                        ///< members, at most `kLanes`
-  std::array<std::size_t, kLanes> member{};     ///< of the network; those behind the last are it again
+  std::size_t first = 0;                     ///< local node
+  std::size_t lanes = 0;                     ///< members, at most `kLanes`
+  std::array<std::size_t, kLanes> member{};  ///< of the network; those behind the last are it again
+};
+
+/// @brief A spring to the ground against a rotation of a junction that nothing else resists.
+struct RotationSpring {
+  std::size_t junction = 0;
+  Place axis{};            ///< unit vector [-]
+  double stiffness = 0.0;  ///< [N m/rad]
 };
 
 /// @brief Masses at the junctions and at the nodes of members, three scalar points each: all nodes along y first, then
 /// along x, then along z.
 ///
 /// Nodes are numbered junctions first, then the inner nodes of each member from its first end to its second. A local
-/// node is a junction of this rank, or stands in a pack. Source: docs/theory.md, "Networks"
+/// node is a junction of this rank, or stands in a pack. An element's mass is halved between its ends; that of a
+/// member's end is at its junction, whatever the offset. Rotations have no mass. One that nothing resists couples to
+/// no force: it is held by a spring, that of a straight line of members about its own axis with a note.
+/// Source: docs/theory.md, "Networks"
 class Network final : public Structure {
  public:
   /// Deals junctions and members to the ranks by METIS, a member to a rank of one of its junctions.
   /// @note Collective. @throws InputError naming junction, member or section, the value and its unit, if something is
-  /// not allowed, does not exist, or stands twice at one place
+  /// not allowed, does not exist, or stands twice at one place; if a junction can turn without being resisted (of
+  /// members of one element with two offsets that is left to the solver of the filter); if there are more ranks than
+  /// junctions
   Network(MPI_Comm comm, NetworkParameters parameters);
 
   [[nodiscard]] const MassPoints& points() const override { return *points_; }
   [[nodiscard]] const Network* network() const override { return this; }
-  /// The frame of all elements in displacements and rotations, `MATAIJ`: rows are points, then rotations of nodes.
+  /// The frame of all elements in displacements and rotations, `MATAIJ`: `row` says which is where. A coordinate that
+  /// is held has a row and a column of the identity, times the stiffness of the members there. On first demand.
+  /// @note Collective.
   [[nodiscard]] Mat stiffness() const override;
   [[nodiscard]] Topology topology() const override;  ///< of the nodes' points along y: a line for each element
-  [[nodiscard]] PetscInt rigid_modes() const override;
+  [[nodiscard]] PetscInt rigid_modes() const override { return 6 * static_cast<PetscInt>(connected_parts_); }
   [[nodiscard]] bool grounded() const override;
   void describe(Description& all) const override;
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return comm_; }
+  [[nodiscard]] int rank() const noexcept { return rank_; }
   [[nodiscard]] const NetworkParameters& parameters() const noexcept { return parameters_; }
+  /// What the user should know, and what looks like a mistake; equal on every rank.
+  [[nodiscard]] const std::vector<std::string>& notes() const noexcept { return notes_; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const noexcept { return warnings_; }
+  [[nodiscard]] std::size_t connected_parts() const noexcept { return connected_parts_; }
+  [[nodiscard]] const std::vector<RotationSpring>& rotation_springs() const noexcept { return rotation_springs_; }
+
   [[nodiscard]] const Axes& axes(std::size_t member) const { return axes_[member]; }
   [[nodiscard]] const std::vector<MemberKind>& kinds() const noexcept { return kinds_; }
+  [[nodiscard]] std::size_t kind(std::size_t member) const { return member_kinds_[member]; }
   [[nodiscard]] const std::vector<MemberPack>& packs() const noexcept { return packs_; }
   /// Rank of each junction and member; equal on every rank.
   [[nodiscard]] const std::vector<int>& junction_ranks() const noexcept { return junction_ranks_; }
   [[nodiscard]] const std::vector<int>& member_ranks() const noexcept { return member_ranks_; }
   /// Junctions of this rank, ascending: local node is the place in this list.
   [[nodiscard]] const std::vector<std::size_t>& own_junctions() const noexcept { return own_junctions_; }
-  [[nodiscard]] std::size_t nodes() const noexcept { return nodes_; }  ///< of this rank
+  [[nodiscard]] std::size_t nodes() const noexcept;  ///< of this rank
+  [[nodiscard]] std::size_t total_nodes() const noexcept { return rank_nodes_.back(); }
+
+  [[nodiscard]] std::size_t total_elements() const noexcept {
+    return total_nodes() - parameters_.junctions.size() + parameters_.members.size();
+  }
+
+  /// A node of any rank: its rank, and which of that rank's nodes it is.
+  struct Node {
+    int rank = 0;
+    std::size_t local = 0;
+  };
+  [[nodiscard]] Node junction_node(std::size_t junction) const;
+  /// Node 0, ..., `elements` of a member of this rank, those of its junctions included.
+  [[nodiscard]] Node node(std::size_t member, std::size_t number) const;
+  /// Global point of a node along x, y, z: 0, 1, 2.
+  [[nodiscard]] PetscInt point(const Node& node, std::size_t direction) const;
+  /// Row of the stiffness: of displacements along x, y, z, 0, 1, 2, and of rotations about them, 3, 4, 5. Each rank's
+  /// rows are its points, then the rotations of all its nodes about y, then about x, then about z.
+  [[nodiscard]] PetscInt row(const Node& node, std::size_t freedom) const;
 
  private:
+  void deal();
+  void sort_members();
+  void pack_members();
+  void place_points();
+
   MPI_Comm comm_;
+  int rank_ = 0;
   NetworkParameters parameters_;
   std::vector<Axes> axes_;
   std::vector<MemberKind> kinds_;
+  std::vector<std::size_t> member_kinds_;
   std::vector<MemberPack> packs_;
   std::vector<int> junction_ranks_;
   std::vector<int> member_ranks_;
   std::vector<std::size_t> own_junctions_;
-  std::size_t nodes_ = 0;
+  std::vector<std::size_t> junction_places_;  // of each junction, among its rank's
+  /// Where the inner nodes of a member of this rank stand.
+  struct InnerNodes {
+    std::size_t first = 0;
+    std::size_t stride = 0;
+  };
+  std::vector<InnerNodes> inner_nodes_;  // of each member
+  std::vector<std::size_t> rank_nodes_;  // nodes of all ranks before, then of all
+  std::size_t connected_parts_ = 1;
+  std::vector<RotationSpring> rotation_springs_;
+  std::vector<std::string> notes_;
+  std::vector<std::string> warnings_;
   std::unique_ptr<PlacedPoints> points_;
+  mutable petsc::Matrix stiffness_;
 };
 
 }  // namespace udar

@@ -1,0 +1,332 @@
+#include "udar/structure/network.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "structure/frame_matrix.hpp"
+#include "structure/free_rotations.hpp"
+#include "structure/member_frame.hpp"
+#include "structure/network_checks.hpp"
+#include "structure/network_ranks.hpp"
+#include "structure/place_algebra.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar {
+namespace {
+
+/// Lengths of elements that differ by less, relative to them, are one.
+constexpr double kSameLength = 1e-12;
+/// In which block of nodes a direction is: y comes first, then x, then z.
+constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};
+
+/// Finds the kind of a member, or makes one.
+class Kinds {
+ public:
+  explicit Kinds(std::vector<MemberKind>& kinds) : kinds_{&kinds} {}
+
+  std::size_t number_of(const MemberKind& kind) {
+    std::map<double, std::size_t>& lengths = alike_[{kind.section, kind.elements, kind.joint}];
+    const auto near = lengths.lower_bound(kind.element_length * (1.0 - kSameLength));
+    if (near != lengths.end() && near->first <= kind.element_length * (1.0 + kSameLength)) {
+      return near->second;
+    }
+    lengths.emplace(kind.element_length, kinds_->size());
+    kinds_->push_back(kind);
+    return kinds_->size() - 1;
+  }
+
+ private:
+  std::vector<MemberKind>* kinds_;
+  std::map<std::tuple<std::size_t, std::size_t, std::array<std::array<double, 3>, 2>>, std::map<double, std::size_t>>
+      alike_;
+};
+
+/// FNV-1a of the bits of numbers.
+class Checksum {
+ public:
+  template <class... Numbers>
+  void add(const Numbers&... numbers) {
+    (add_one(numbers), ...);
+  }
+  [[nodiscard]] std::uint64_t value() const noexcept { return value_; }
+
+ private:
+  void add_one(double number) { add_bits(std::bit_cast<std::uint64_t>(number)); }
+  void add_one(std::size_t number) { add_bits(number); }
+  void add_one(bool number) { add_bits(number ? 1 : 0); }
+  void add_one(const Place& place) { add(place.x, place.y, place.z); }
+  template <class Number, std::size_t Count>
+  void add_one(const std::array<Number, Count>& numbers) {
+    for (const Number& number : numbers) {
+      add_one(number);
+    }
+  }
+  void add_bits(std::uint64_t bits) {
+    for (int byte = 0; byte < 8; ++byte, bits >>= 8U) {
+      value_ = (value_ ^ (bits & 0xffU)) * 0x100000001b3ULL;
+    }
+  }
+  std::uint64_t value_ = 0xcbf29ce484222325ULL;
+};
+
+/// Of all that shapes the motion.
+std::uint64_t checksum_of(const NetworkParameters& network) {
+  Checksum sum;
+  const auto& [sections, junctions, members] = network;
+  for (const auto& [name, youngs, shear, density, area, inertia, torsion, shear_factor, radius_unused] : sections) {
+    static_cast<void>(radius_unused);
+    sum.add(youngs, shear, density, area, inertia, torsion, shear_factor);
+  }
+  for (const auto& [name, place, held, stiffness, mass] : junctions) {
+    sum.add(place, held, stiffness, mass);
+  }
+  for (const auto& [name, ends, section, elements, orientation] : members) {
+    for (const auto& [junction, offset, joint] : ends) {
+      sum.add(junction, offset, joint);
+    }
+    sum.add(section, elements, orientation);
+  }
+  return sum.value();
+}
+
+/// Of each junction: half an element of each member there, and its own [kg].
+std::vector<double> junction_masses(const Network& network) {
+  const NetworkParameters& given = network.parameters();
+  std::vector<double> masses;
+  masses.reserve(given.junctions.size());
+  for (const Junction& junction : given.junctions) {
+    masses.push_back(junction.mass);
+  }
+  for (std::size_t number = 0; number < given.members.size(); ++number) {
+    const Member& member = given.members[number];
+    const double half =
+        0.5 * network.kinds()[network.kind(number)].element_length * given.sections[member.section].mass_per_length();
+    for (const MemberEnd& end : member.ends) {
+      masses[end.junction] += half;
+    }
+  }
+  return masses;
+}
+
+NetworkParameters checked(NetworkParameters parameters) {
+  check_network(parameters);
+  return parameters;
+}
+
+}  // namespace
+
+Network::Network(MPI_Comm comm, NetworkParameters parameters)
+    : comm_{comm}, parameters_{checked(std::move(parameters))} {
+  MPI_Comm_rank(comm_, &rank_);
+  axes_.reserve(parameters_.members.size());
+  for (const Member& member : parameters_.members) {
+    axes_.push_back(axes_of(parameters_, member));
+  }
+  sort_members();
+  deal();
+  pack_members();
+  place_points();
+  warnings_ = overlaps_of(parameters_, axes_);
+  connected_parts_ = count_parts(parameters_);
+  if (connected_parts_ > 1) {
+    notes_.push_back("network: " + std::to_string(connected_parts_) + " parts that no member connects");
+  }
+  FreeRotations free = hold_free_rotations(*this);
+  rotation_springs_ = std::move(free.springs);
+  notes_.insert(notes_.end(), free.notes.begin(), free.notes.end());
+}
+
+/// Kinds of all members.
+void Network::sort_members() {
+  Kinds kinds{kinds_};
+  member_kinds_.reserve(parameters_.members.size());
+  for (const Member& member : parameters_.members) {
+    member_kinds_.push_back(
+        kinds.number_of({.section = member.section,
+                         .elements = member.elements,
+                         .element_length = norm(span_of(parameters_, member)) / static_cast<double>(member.elements),
+                         .joint = {member.ends[0].joint, member.ends[1].joint}}));
+  }
+}
+
+void Network::deal() {
+  int size = 1;
+  MPI_Comm_size(comm_, &size);
+  NetworkRanks ranks = deal_to_ranks(parameters_, size);
+  junction_ranks_ = std::move(ranks.junctions);
+  member_ranks_ = std::move(ranks.members);
+  std::vector<std::size_t> nodes(static_cast<std::size_t>(size), 0);
+  for (std::size_t junction = 0; junction < junction_ranks_.size(); ++junction) {
+    junction_places_.push_back(nodes[static_cast<std::size_t>(junction_ranks_[junction])]++);
+    if (junction_ranks_[junction] == rank_) {
+      own_junctions_.push_back(junction);
+    }
+  }
+  for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
+    nodes[static_cast<std::size_t>(member_ranks_[member])] += parameters_.members[member].elements - 1;
+  }
+  rank_nodes_.push_back(0);
+  for (const std::size_t count : nodes) {
+    rank_nodes_.push_back(rank_nodes_.back() + count);
+  }
+  if (6.0 * static_cast<double>(total_nodes()) > static_cast<double>(PETSC_MAX_INT)) {
+    throw InputError{"network: " + std::to_string(total_nodes()) +
+                     " nodes are not allowed with this PETSc, expected fewer, or one with 64-bit integers"};
+  }
+}
+
+/// This rank's members of each kind, in the order of the network.
+void Network::pack_members() {
+  inner_nodes_.resize(parameters_.members.size());
+  std::vector<std::vector<std::size_t>> own(kinds_.size());
+  for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
+    if (member_ranks_[member] == rank_) {
+      own[member_kinds_[member]].push_back(member);
+    }
+  }
+  std::size_t next = own_junctions_.size();
+  for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+    for (std::size_t first = 0; first < own[kind].size(); first += MemberPack::kLanes) {
+      MemberPack pack{.kind = kind, .first = next, .lanes = std::min(MemberPack::kLanes, own[kind].size() - first)};
+      for (std::size_t lane = 0; lane < MemberPack::kLanes; ++lane) {
+        pack.member.at(lane) = own[kind][first + std::min(lane, pack.lanes - 1)];
+      }
+      for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
+        inner_nodes_[pack.member.at(lane)] = {.first = next + lane, .stride = pack.lanes};
+      }
+      next += (kinds_[kind].elements - 1) * pack.lanes;
+      packs_.push_back(pack);
+    }
+  }
+}
+
+void Network::place_points() {
+  std::vector<double> mass(nodes());
+  std::vector<Place> place(nodes());
+  std::vector<std::int64_t> number(nodes());
+  const std::vector<double> at_junctions = junction_masses(*this);
+  for (std::size_t local = 0; local < own_junctions_.size(); ++local) {
+    const std::size_t junction = own_junctions_[local];
+    mass[local] = at_junctions[junction];
+    place[local] = parameters_.junctions[junction].place;
+    number[local] = static_cast<std::int64_t>(junction);
+  }
+  std::vector<std::int64_t> first_number;  // of each member's inner nodes
+  auto next = static_cast<std::int64_t>(parameters_.junctions.size());
+  for (const Member& member : parameters_.members) {
+    first_number.push_back(next);
+    next += static_cast<std::int64_t>(member.elements) - 1;
+  }
+  for (const MemberPack& pack : packs_) {
+    const MemberKind& kind = kinds_[pack.kind];
+    const double of_element = parameters_.sections[kind.section].mass_per_length() * kind.element_length;
+    for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
+      const Member& member = parameters_.members[pack.member.at(lane)];
+      const Place from = end_place(parameters_, member, 0);
+      const Place span = span_of(parameters_, member);
+      for (std::size_t i = 0; i + 1 < kind.elements; ++i) {
+        const std::size_t local = pack.first + i * pack.lanes + lane;
+        mass[local] = of_element;
+        place[local] = from + (static_cast<double>(i + 1) / static_cast<double>(kind.elements)) * span;
+        number[local] = first_number[pack.member.at(lane)] + static_cast<std::int64_t>(i);
+      }
+    }
+  }
+  PointTable table;
+  constexpr std::array kBlocks{std::pair{Direction::y, 1}, std::pair{Direction::x, 0}, std::pair{Direction::z, 2}};
+  for (const auto& [direction, axis] : kBlocks) {
+    for (std::size_t local = 0; local < own_junctions_.size(); ++local) {
+      if (parameters_.junctions[own_junctions_[local]].held.at(static_cast<std::size_t>(axis))) {
+        table.fixed.push_back(table.mass.size() + local);
+      }
+    }
+    table.mass.insert(table.mass.end(), mass.begin(), mass.end());
+    table.place.insert(table.place.end(), place.begin(), place.end());
+    table.direction.insert(table.direction.end(), nodes(), direction);
+    for (const std::int64_t node : number) {
+      table.number.push_back(3 * node + axis);
+    }
+  }
+  points_ = std::make_unique<PlacedPoints>(comm_, 1, std::move(table));
+}
+
+std::size_t Network::nodes() const noexcept {
+  const auto own = static_cast<std::size_t>(rank_);
+  return rank_nodes_[own + 1] - rank_nodes_[own];
+}
+
+Network::Node Network::junction_node(std::size_t junction) const {
+  return {.rank = junction_ranks_[junction], .local = junction_places_[junction]};
+}
+
+Network::Node Network::node(std::size_t member, std::size_t number) const {
+  const Member& given = parameters_.members[member];
+  if (number == 0 || number == given.elements) {
+    return junction_node(given.ends[number == 0 ? 0 : 1].junction);
+  }
+  const auto& [first, stride] = inner_nodes_[member];
+  return {.rank = member_ranks_[member], .local = first + (number - 1) * stride};
+}
+
+PetscInt Network::point(const Node& node, std::size_t direction) const {
+  const std::size_t first = rank_nodes_[static_cast<std::size_t>(node.rank)];
+  const std::size_t count = rank_nodes_[static_cast<std::size_t>(node.rank) + 1] - first;
+  return static_cast<PetscInt>(3 * first + kBlock.at(direction) * count + node.local);
+}
+
+PetscInt Network::row(const Node& node, std::size_t freedom) const {
+  const std::size_t first = rank_nodes_[static_cast<std::size_t>(node.rank)];
+  const std::size_t count = rank_nodes_[static_cast<std::size_t>(node.rank) + 1] - first;
+  return static_cast<PetscInt>(6 * first + (3 * (freedom / 3) + kBlock.at(freedom % 3)) * count + node.local);
+}
+
+Mat Network::stiffness() const {
+  if (stiffness_ == nullptr) {
+    stiffness_ = frame_matrix(*this);
+  }
+  return stiffness_;
+}
+
+Topology Network::topology() const {
+  Topology topology{.name = "network", .shape = Topology::Shape::line, .corners = {}};
+  for (std::size_t member = 0; member < parameters_.members.size(); ++member) {
+    for (std::size_t i = 0; member_ranks_[member] == rank_ && i < parameters_.members[member].elements; ++i) {
+      topology.corners.push_back(point(node(member, i), 1));
+      topology.corners.push_back(point(node(member, i + 1), 1));
+    }
+  }
+  return topology;
+}
+
+bool Network::grounded() const {
+  return std::ranges::any_of(parameters_.junctions, [](const Junction& junction) {
+    return std::ranges::find(junction.held, true) != junction.held.end() ||
+           std::ranges::any_of(junction.stiffness, [](double stiffness) { return stiffness > 0.0; });
+  });
+}
+
+void Network::describe(Description& all) const {
+  double mass = 0.0;
+  for (const double at_junction : junction_masses(*this)) {
+    mass += at_junction;
+  }
+  for (std::size_t number = 0; number < parameters_.members.size(); ++number) {
+    const MemberKind& kind = kinds_[member_kinds_[number]];
+    mass += parameters_.sections[kind.section].mass_per_length() * kind.element_length *
+            static_cast<double>(kind.elements - 1);
+  }
+  all.add("structure", "network");
+  all.add("junctions", static_cast<double>(parameters_.junctions.size()));
+  all.add("members", static_cast<double>(parameters_.members.size()));
+  all.add("nodes", static_cast<double>(total_nodes()));
+  all.add("kinds of members", static_cast<double>(kinds_.size()));
+  all.add("mass [kg]", mass);
+  all.add("sections, junctions and members, checksum", std::to_string(checksum_of(parameters_)));
+}
+
+}  // namespace udar
