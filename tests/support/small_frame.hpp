@@ -100,7 +100,7 @@ inline NetworkParameters small_house(const Turn& turn = {}) {
   house.members[1].ends[0].offset = turn({0.0, 0.1, 0.05});
   house.members[2].ends[1].joint = {MemberEnd::kRigid, 0.0, MemberEnd::kRigid};
   house.members[3].ends[0].joint = {MemberEnd::kRigid, 2e5, 1e5};
-  house.members.back().ends[0].joint = {0.0, 0.0, 0.0};
+  house.members.back().ends[0].joint = {MemberEnd::kRigid, 0.0, 0.0};
   house.members.back().ends[1].joint = {0.0, 0.0, 0.0};
   return house;
 }
