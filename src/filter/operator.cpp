@@ -17,17 +17,10 @@ std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const 
     if (!parameters.filtered()) {
       throw InputError{"filter frequency: none is for beams alone; other structures need a number > 0 [rad/s]"};
     }
-<<<<<<< HEAD
     if (const Network* network = structure.network(); network != nullptr) {
       return std::make_unique<NetworkOperator>(*network, parameters.shift());
     }
     return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points(), parameters.shift());
-=======
-    using Translation = AssembledOperator::Translation;
-    return std::make_unique<AssembledOperator>(
-        structure.stiffness(), structure.points(), parameters.shift(),
-        structure.network() != nullptr ? Translation::by_direction : Translation::of_all);
->>>>>>> a1d9536ce8b3a5f2709a5df490725aee0a0591c2
   }
   const BeamChain& beam = *chain;
   if (parameters.formulation == Formulation::mixed) {

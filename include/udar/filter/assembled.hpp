@@ -21,11 +21,7 @@ namespace udar {
 ///
 /// Internal numbers: the elastic force F - wf^2 m d on each point [N], 0 where it is fixed; half of its work along the
 /// displacements is the strain energy. Source: docs/theory.md, "Imported matrices"
-<<<<<<< HEAD
 class AssembledOperator : public FilterOperator {
-=======
-class AssembledOperator final : public FilterOperator {
->>>>>>> a1d9536ce8b3a5f2709a5df490725aee0a0591c2
  public:
   /// @brief What is called a translation: points have one displacement all, or one for each direction in which they
   /// move.
