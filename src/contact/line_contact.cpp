@@ -205,10 +205,11 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
     return;
   }
   const std::size_t columns = stretch.size();
+  const std::size_t internal_numbers = line_->filter_operator().internal_numbers();
   while (load_.size() < columns) {
     load_.push_back(zero_);
     correction_.push_back(zero_);
-    correction_.push_back(zero_);
+    correction_.emplace_back(internal_numbers * zero_.size());
   }
   std::vector<FilterColumn> asked(columns);
   for (std::size_t k = 0; k < columns; ++k) {
@@ -227,9 +228,9 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
     }
     for (std::size_t i = 0; i < zero_.size(); ++i) {
       stretch[k][i] += correction_[2 * k][i];
-      if (!moment.empty()) {
-        moment[k][i] += correction_[2 * k + 1][i];
-      }
+    }
+    for (std::size_t i = 0; !moment.empty() && i < internal_numbers * zero_.size(); ++i) {
+      moment[k][i] += correction_[2 * k + 1][i];
     }
   }
 }

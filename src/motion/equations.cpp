@@ -55,7 +55,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   state.time = at.time;
   state.begin = at.begin;
   state.stretch.resize(axis_.size());
-  state.moment.resize(with_moment ? axis_.size() : 0);
+  state.moment.resize(with_moment ? line_->filter_operator().internal_numbers() * axis_.size() : 0);
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     displacement_[i] = mass_position[i] - axis_[i];
   }
