@@ -9,7 +9,8 @@ namespace udar::app {
 
 NetworkSize size_of(const Network& network) {
   const NetworkParameters& parameters = network.parameters();
-  NetworkSize size{.junctions = parameters.junctions.size(), .members = parameters.members.size(), .elements = 0, .extent = {}};
+  NetworkSize size{
+      .junctions = parameters.junctions.size(), .members = parameters.members.size(), .elements = 0, .extent = {}};
   for (const Member& member : parameters.members) {
     size.elements += member.elements;
   }

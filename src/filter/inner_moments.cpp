@@ -60,8 +60,8 @@ struct Elements {
     const double length = network.kinds()[network.kind(number)].element_length;
     for (std::size_t i = 0; i < 3; ++i) {
       const std::size_t element = i == 0 ? 0 : i == 1 ? std::min<std::size_t>(1, count - 1) : count - 1;
-      matrices.at(i) =
-          element_of(member, length, element).stiffness(network.parameters().sections[member.section], network.axes(number));
+      matrices.at(i) = element_of(member, length, element)
+                           .stiffness(network.parameters().sections[member.section], network.axes(number));
     }
   }
   [[nodiscard]] const FrameElement::Matrix& operator[](std::size_t element) const {
@@ -144,7 +144,8 @@ void InnerMoments::eliminate(std::size_t index, const Loads& loads) const {
       turned[i][k] = loads.rotation[at(i, k)];
     }
     if (i > 1) {
-      const Vector3 taken = times(coupling_[first_[index] + i - 1], times(inverse_[first_[index] + i - 2], turned[i - 1]));
+      const Vector3 taken =
+          times(coupling_[first_[index] + i - 1], times(inverse_[first_[index] + i - 2], turned[i - 1]));
       for (std::size_t k = 0; k < 3; ++k) {
         turned[i][k] -= taken[k];
       }

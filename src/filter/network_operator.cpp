@@ -155,8 +155,8 @@ std::span<const FieldInfo> NetworkOperator::internal_fields() const {
     return FieldInfo{.name = name, .unit = unit, .where = Where::cells, .extremes = true, .label = label};
   };
   static constexpr std::array kFields{
-      field("axial_force", "N", "axial force"), field("shear_y", "N", "shear force along y"),
-      field("shear_z", "N", "shear force along z"), field("torque", "N m", "torque"),
+      field("axial_force", "N", "axial force"),           field("shear_y", "N", "shear force along y"),
+      field("shear_z", "N", "shear force along z"),       field("torque", "N m", "torque"),
       field("moment_y", "N m", "bending moment about y"), field("moment_z", "N m", "bending moment about z")};
   return kFields;
 }

@@ -73,11 +73,13 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
     }
     const NetworkSolver::Report& report = solver_->report();
     UDAR_CALL(PetscViewerASCIIPrintf(
-        viewer, "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
+        viewer,
+        "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
         report.members, report.kinds, report.packs, report.junctions, report.factor_blocks));
     UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, tables %zu bytes\n", report.factor_bytes,
                                      report.table_bytes));
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer,
+                                     "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
                                      report.interface, report.own_interface));
   }
 

@@ -265,9 +265,9 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
     }
   }
   // Left-looking: each column takes what those before it, listed by their next row, do to it.
-  std::vector<std::size_t> list(count_, kNone);   // first column whose next row it is
+  std::vector<std::size_t> list(count_, kNone);        // first column whose next row it is
   std::vector<std::size_t> after(eliminated_, kNone);  // the next of such columns
-  std::vector<std::size_t> next(eliminated_, 0);  // index of its next row
+  std::vector<std::size_t> next(eliminated_, 0);       // index of its next row
   std::vector<std::size_t> where(count_, kNone);
   const auto enlist = [&](std::size_t column) {
     if (next[column] < first_[column + 1] && rows_[next[column]] < eliminated_) {
@@ -313,9 +313,10 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
     enlist(j);
     // What it takes from the kept blocks.
     const std::size_t end = first_[j + 1];
-    auto from = static_cast<std::size_t>(
-        std::lower_bound(rows_.begin() + static_cast<std::ptrdiff_t>(first_[j]),
-                         rows_.begin() + static_cast<std::ptrdiff_t>(end), eliminated_) - rows_.begin());
+    auto from =
+        static_cast<std::size_t>(std::lower_bound(rows_.begin() + static_cast<std::ptrdiff_t>(first_[j]),
+                                                  rows_.begin() + static_cast<std::ptrdiff_t>(end), eliminated_) -
+                                 rows_.begin());
     for (std::size_t q = from; q < end; ++q) {
       for (std::size_t r = from; r < end; ++r) {
         Entries product{};

@@ -173,10 +173,8 @@ UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame
     const BendingTable& table = tables.bending(plane);
     const std::size_t about = plane == 0 ? 5 : 4;
     const double sign = plane == 0 ? h : -h;
-    const std::array<Pack, 4> state{known[0][1 + plane],
-                                    sign * known[0][about] - pack(condensed.rise[plane][0]),
-                                    known[1][1 + plane],
-                                    sign * known[1][about] - pack(condensed.rise[plane][1])};
+    const std::array<Pack, 4> state{known[0][1 + plane], sign * known[0][about] - pack(condensed.rise[plane][0]),
+                                    known[1][1 + plane], sign * known[1][about] - pack(condensed.rise[plane][1])};
     for (std::size_t row = 0; row < 2; ++row) {
       pushed[plane][row] = -pack(condensed.bending[plane][2 + row]);
       for (std::size_t k = 0; k < 4; ++k) {
@@ -247,9 +245,8 @@ UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame
       load<kFull>(bent[1], given.rotation.z + at, frame.lanes);
       const Pack about_z = (bent[0] + y.turn * pushed[0][0] + y.bend * pushed[0][1]) / h;
       const Pack about_y = (bent[1] + z.turn * pushed[1][0] + z.bend * pushed[1][1]) / -h;
-      const Pack about_x =
-          twist.first * known[0][3] + twist.second * known[1][3] +
-          static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
+      const Pack about_x = twist.first * known[0][3] + twist.second * known[1][3] +
+                           static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
       turned_back(frame, {about_x, about_y, about_z}, global);
       store<kFull>(given.rotation.x + at, global[0], frame.lanes);
       store<kFull>(given.rotation.y + at, global[1], frame.lanes);

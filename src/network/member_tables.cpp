@@ -23,8 +23,8 @@ Symmetric inverse(const Symmetric& c) {
 
 /// One plane of one member while it is factored; names as in docs/theory.md, "Networks".
 struct Plane {
-  Symmetric element;   // compliance
-  Real first_joint;    // compliance of the joints, infinite: a hinge
+  Symmetric element;  // compliance
+  Real first_joint;   // compliance of the joints, infinite: a hinge
   Real second_joint;
   std::size_t elements;
 
@@ -85,7 +85,9 @@ void Plane::sweep_left(BendingTable& table) const {
   const auto from_end = [&](const std::array<Real, 2>& v) {
     return std::array<Real, 2>{f[0] * v[0] + f[2] * v[1], f[1] * v[0] + f[3] * v[1]};
   };
-  const auto pressed = [&](Real b0, Real b1) { return std::array<Real, 2>{c[0] * b0 + c[1] * b1, c[1] * b0 + c[2] * b1}; };
+  const auto pressed = [&](Real b0, Real b1) {
+    return std::array<Real, 2>{c[0] * b0 + c[1] * b1, c[1] * b0 + c[2] * b1};
+  };
   Symmetric j{};
   Matrix2 b{1, 0, 0, 1};
   table.weights.resize(nodes.size());
@@ -197,8 +199,7 @@ AxialTable factor_axial(Real element, std::size_t elements) {
 }  // namespace
 
 MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency)
-    : kind_{kind},
-      stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length} {
+    : kind_{kind}, stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length} {
   const Real h = kind.element_length;
   const Real k = stiffness_;
   for (std::size_t plane = 0; plane < 2; ++plane) {
@@ -228,8 +229,8 @@ std::array<std::array<long double, 12>, 12> MemberTables::end_stiffness() const 
   const Real h = kind_.element_length;
   for (std::size_t plane = 0; plane < 2; ++plane) {
     // Displacement, then rotation, of both ends; u_z goes with -theta_y.
-    const std::array<std::size_t, 4> at = plane == 0 ? std::array<std::size_t, 4>{1, 5, 7, 11}
-                                                     : std::array<std::size_t, 4>{2, 4, 8, 10};
+    const std::array<std::size_t, 4> at =
+        plane == 0 ? std::array<std::size_t, 4>{1, 5, 7, 11} : std::array<std::size_t, 4>{2, 4, 8, 10};
     const Real turn = plane == 0 ? h : -h;
     const std::array<Real, 4> unit{1, turn, 1, turn};
     for (std::size_t i = 0; i < 4; ++i) {

@@ -19,6 +19,7 @@
 #include "tools/batch.hpp"
 #include "tools/integrators.hpp"
 #include "tools/machine.hpp"
+#include "tools/networks.hpp"
 #include "tools/output.hpp"
 #include "tools/quad_line.hpp"
 #include "tools/timing.hpp"
@@ -39,12 +40,13 @@ using bench::Triad;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy, integrators, machine, batch, output };
+enum class Kind { solve, accuracy, integrators, machine, batch, network, output };
 constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
                             std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
                             std::pair<const char*, Kind>{"integrators", Kind::integrators},
                             std::pair<const char*, Kind>{"machine", Kind::machine},
                             std::pair<const char*, Kind>{"batch", Kind::batch},
+                            std::pair<const char*, Kind>{"network", Kind::network},
                             std::pair<const char*, Kind>{"output", Kind::output}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
@@ -386,6 +388,7 @@ int run_bench(MPI_Comm comm) {
   bool quick = false;
   double decades = 0.0;
   PetscInt largest = PetscInt{1} << 28;
+  PetscInt largest_frame = 30000;
   PetscInt beams = 100;
   std::string directory = ".";
   PetscInt ranks_per_beam = 1;
@@ -398,6 +401,8 @@ int run_bench(MPI_Comm comm) {
         "table of error and time by form and size; integrators: tables of error and work of -ts_type "
         "chebyshev, impact, rk and a leapfrog on the steel beam of example 01; machine: what the ranks can do "
         "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON; "
+        "network: time of a solve of grillages and lattices by their members, of -bench_repeats, beside CHOLMOD and "
+        "MUMPS up to -bench_largest_frame, as JSON; "
         "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
     group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
@@ -408,6 +413,8 @@ int run_bench(MPI_Comm comm) {
                "> 0: every node of a beam of one segment gets a point mass, spread over so many decades");
     group.integer("-bench_largest", largest, petsc::between(32768, 1e12),
                   "machine: largest footprint of the triad [bytes per rank]");
+    group.integer("-bench_largest_frame", largest_frame, petsc::at_least(0),
+                  "network: assembled frames are solved up to so many nodes");
     group.integer("-bench_beams", beams, petsc::between(1, 1e8),
                   "batch: beams; the initial height rises by a tenth from the first to the last");
     group.integer("-bench_group", ranks_per_beam, petsc::at_least(1),
@@ -431,6 +438,14 @@ int run_bench(MPI_Comm comm) {
       petsc::check_unknown_options(comm);
       bench::batch(comm, settled, beams, ranks_per_beam);
     }
+    return 0;
+  }
+  if (kind == Kind::network && !petsc::Session::help_requested()) {
+    const double wf =
+        frequency_given == PETSC_TRUE ? app::read_filter(comm, Formulation::mixed).parameters.filter_frequency : 300.0;
+    UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+    petsc::check_unknown_options(comm);
+    bench::networks(comm, wf, repeats, largest_frame);
     return 0;
   }
   auto [beam, formulation] = app::read_beam(comm);

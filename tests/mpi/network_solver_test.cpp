@@ -1,6 +1,7 @@
 // ranks: 1 2 3 4; size: medium
 /// @file
-/// Member condensation against an assembled frame in 113 bits, against the chain, on several ranks, and as a PETSc type.
+/// Member condensation against an assembled frame in 113 bits, against the chain, on several ranks, and as a PETSc
+/// type.
 
 #include "udar/filter/network_solver.hpp"
 
@@ -176,8 +177,9 @@ void expect_exact(const NetworkParameters& given, double wf, bool far, double fo
     elements = std::max(elements, member.elements);
   }
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  EXPECT_LE(largest_difference(answer.rotation, rotation),
-            tolerance * largest(rotation) + 2.0 * kEpsilon * static_cast<double>(elements) * largest(motion.displacement));
+  EXPECT_LE(
+      largest_difference(answer.rotation, rotation),
+      tolerance * largest(rotation) + 2.0 * kEpsilon * static_cast<double>(elements) * largest(motion.displacement));
 }
 
 TEST(NetworkSolver, IsExactWhateverTheMeshAndFilter) {

@@ -155,8 +155,8 @@ struct Chain {
     Dense diagonal{6};
   };
   std::vector<Matrix12> elements;
-  std::vector<Vector6> loads;       // of the inner nodes
-  std::vector<Quad> grounds;        // wf^2 m of the inner nodes
+  std::vector<Vector6> loads;  // of the inner nodes
+  std::vector<Quad> grounds;   // wf^2 m of the inner nodes
   std::vector<Node> nodes;
   Matrix12 ends{};
   std::array<Vector6, 2> end_loads{};
@@ -284,9 +284,7 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
   const Matrix12 plain = element_matrix(section, kind.element_length);
   const Axes& axes = network.axes(number);
   const auto node_of = [&](std::size_t i) {
-    return i == 0               ? member.ends[0].junction
-           : i == kind.elements ? member.ends[1].junction
-                                : first_node + i - 1;
+    return i == 0 ? member.ends[0].junction : i == kind.elements ? member.ends[1].junction : first_node + i - 1;
   };
   Chain chain;
   chain.loads.resize(kind.elements - 1);
@@ -365,8 +363,8 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
   std::size_t node = junctions;
   for (std::size_t number = 0; number < parameters.members.size(); ++number) {
     const Member& member = parameters.members[number];
-    const Chain& chain = chains.emplace_back(
-        chain_of(network, number, network.kinds()[kind[number]], wf2, node, displacement, force));
+    const Chain& chain =
+        chains.emplace_back(chain_of(network, number, network.kinds()[kind[number]], wf2, node, displacement, force));
     node += network.kinds()[kind[number]].elements - 1;
     for (std::size_t i = 0; i < 12; ++i) {
       const std::size_t row = 6 * member.ends[i / 6].junction + i % 6;
@@ -384,8 +382,8 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
       Quad& diagonal = system.matrix[row * system.size + row];
       diagonal += (k < 3 ? Quad{wf2} * mass[j] : Quad{0}) + junction.stiffness[k];
       if (k < 3) {
-        system.right[row] += (force.empty() ? 0.0 : force[3 * j + k]) -
-                             Quad{junction.stiffness[k]} * displacement[3 * j + k];
+        system.right[row] +=
+            (force.empty() ? 0.0 : force[3 * j + k]) - Quad{junction.stiffness[k]} * displacement[3 * j + k];
       }
       if (junction.held[k] || diagonal == 0) {
         for (std::size_t i = 0; i < system.size; ++i) {
@@ -413,8 +411,8 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
   }
   for (std::size_t number = 0; number < chains.size(); ++number) {
     const Member& member = parameters.members[number];
-    for (const Vector6& values : chains[number].substitute(of_junction(member.ends[0].junction),
-                                                           of_junction(member.ends[1].junction))) {
+    for (const Vector6& values :
+         chains[number].substitute(of_junction(member.ends[0].junction), of_junction(member.ends[1].junction))) {
       put(values);
     }
   }

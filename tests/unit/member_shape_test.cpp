@@ -24,7 +24,8 @@ TEST(MemberShape, RectangleHasTheTorsionConstantOfTheSeries) {
     EXPECT_NEAR(section.torsion_constant, 0.4573633542391449, 1e-15);
   }
   give_shape(section, {.kind = Kind::rectangle, .width = 1e4, .height = 1.0}, false);
-  EXPECT_NEAR(section.torsion_constant, 1e4 / 3.0 * (1.0 - 0.6302e-4), 1e-3);  // a b^3 / 3 (1 - 0.6302 b / a): four digits
+  EXPECT_NEAR(section.torsion_constant, 1e4 / 3.0 * (1.0 - 0.6302e-4),
+              1e-3);  // a b^3 / 3 (1 - 0.6302 b / a): four digits
 }
 
 TEST(MemberShape, RectangleBendsMoreEasilyAboutItsLongSide) {

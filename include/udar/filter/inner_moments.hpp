@@ -35,10 +35,10 @@ class InnerMoments {
 
   const Network* network_;
   std::span<const std::size_t> local_;
-  std::vector<std::size_t> members_;         // of this rank, those with inner nodes
-  std::vector<std::size_t> first_;           // inner node of each of them in what follows
-  std::vector<Matrix3> inverse_;             // of the diagonal once the nodes before it are gone
-  std::vector<Matrix3> coupling_;            // to the node before it
+  std::vector<std::size_t> members_;  // of this rank, those with inner nodes
+  std::vector<std::size_t> first_;    // inner node of each of them in what follows
+  std::vector<Matrix3> inverse_;      // of the diagonal once the nodes before it are gone
+  std::vector<Matrix3> coupling_;     // to the node before it
 };
 
 }  // namespace udar

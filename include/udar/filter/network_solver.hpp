@@ -27,10 +27,10 @@ class NetworkSolver final : public ColumnSolver {
     std::size_t members = 0;
     std::size_t packs = 0;
     std::size_t kinds = 0;
-    std::size_t junctions = 0;       ///< that its members meet at
-    std::size_t interface = 0;       ///< of all ranks, those between ranks
-    std::size_t own_interface = 0;   ///< of them those of its members
-    std::size_t factor_blocks = 0;   ///< 6 x 6, below the diagonal
+    std::size_t junctions = 0;      ///< that its members meet at
+    std::size_t interface = 0;      ///< of all ranks, those between ranks
+    std::size_t own_interface = 0;  ///< of them those of its members
+    std::size_t factor_blocks = 0;  ///< 6 x 6, below the diagonal
     std::size_t factor_bytes = 0;
     std::size_t table_bytes = 0;
   };
@@ -57,9 +57,9 @@ class NetworkSolver final : public ColumnSolver {
  private:
   /// What passes between ranks.
   struct Exchange {
-    std::vector<int> counts;              // junctions of each rank
+    std::vector<int> counts;  // junctions of each rank
     std::vector<int> starts;
-    std::vector<std::size_t> interface;   // which each of them is, one rank after the other
+    std::vector<std::size_t> interface;  // which each of them is, one rank after the other
   };
 
   void number_junctions();
@@ -97,8 +97,8 @@ class NetworkSolver final : public ColumnSolver {
   std::vector<double> places_;   // displacements of local junctions, where `values_` has theirs
   std::vector<double> values_;   // of the junction system
   std::vector<double> gathered_;
-  std::vector<double> shown_;    // to other ranks
-  std::vector<double> sums_;     // of what all show
+  std::vector<double> shown_;                  // to other ranks
+  std::vector<double> sums_;                   // of what all show
   std::vector<network::Condensed> condensed_;  // by column, then pack
   Report report_;
 };
