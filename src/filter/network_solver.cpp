@@ -8,11 +8,6 @@
 
 #include "udar/petsc/error.hpp"
 
-extern "C" {
-void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-void dpotri_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-}
-
 namespace udar {
 namespace {
 
@@ -55,9 +50,7 @@ network::Triple<Number> triple_of(Number* values, std::size_t nodes) {
 }  // namespace
 
 NetworkSolver::NetworkSolver(const Network& network, double filter_frequency)
-    : network_{&network}, wf2_{filter_frequency * filter_frequency} {
-  MPI_Comm_rank(network.comm(), &rank_);
-  MPI_Comm_size(network.comm(), &ranks_);
+    : network_{&network}, wf2_{filter_frequency * filter_frequency}, interface_{network} {
   for (const MemberKind& kind : network.kinds()) {
     tables_.emplace_back(network.parameters().sections[kind.section], kind, filter_frequency);
     report_.table_bytes += tables_.back().inner() * 23 * sizeof(double);
@@ -69,58 +62,18 @@ NetworkSolver::NetworkSolver(const Network& network, double filter_frequency)
   report_.kinds = tables_.size();
   report_.junctions = junctions_.size();
   report_.interface = interface_.size();
-  report_.own_interface = junctions_.size() - inner_;
+  report_.own_interface = interface_.shared().size();
   report_.factor_blocks = system_->factor_blocks();
   report_.factor_bytes = system_->factor_bytes();
 }
 
-/// Who meets where.
+/// Those of no other rank, then those of the interface.
 void NetworkSolver::number_junctions() {
-  const NetworkParameters& parameters = network_->parameters();
-  const std::size_t count = parameters.junctions.size();
-  const auto ranks = static_cast<std::size_t>(ranks_);
-  std::vector<std::vector<int>> at(count);  // ranks with members there
-  for (std::size_t member = 0; member < parameters.members.size(); ++member) {
-    for (const MemberEnd& end : parameters.members[member].ends) {
-      at[end.junction].push_back(network_->member_ranks()[member]);
-    }
-  }
-  owned_ = touched_ = {.counts = std::vector<int>(ranks), .starts = {}, .interface = {}};
-  std::vector<std::vector<std::size_t>> owned(ranks);
-  std::vector<std::vector<std::size_t>> touched(ranks);
-  std::vector<std::size_t> shared;  // local
-  for (std::size_t junction = 0; junction < count; ++junction) {
-    std::vector<int>& who = at[junction];
-    const int owner = network_->junction_ranks()[junction];
-    who.push_back(owner);
-    std::ranges::sort(who);
-    who.erase(std::ranges::unique(who).begin(), who.end());
-    const bool mine = std::ranges::binary_search(who, rank_);
-    if (who.size() > 1) {
-      owned[static_cast<std::size_t>(owner)].push_back(interface_.size());
-      for (const int rank : who) {
-        touched[static_cast<std::size_t>(rank)].push_back(interface_.size());
-      }
-      interface_.push_back(junction);
-      if (mine) {
-        shared.push_back(junction);
-      }
-    } else if (mine) {
-      junctions_.push_back(junction);
-    }
-  }
-  inner_ = junctions_.size();
-  junctions_.insert(junctions_.end(), shared.begin(), shared.end());
-  local_.assign(count, kNone);
+  junctions_ = interface_.inner();
+  junctions_.insert(junctions_.end(), interface_.shared().begin(), interface_.shared().end());
+  local_.assign(network_->parameters().junctions.size(), kNone);
   for (std::size_t i = 0; i < junctions_.size(); ++i) {
     local_[junctions_[i]] = i;
-  }
-  for (auto& [exchange, lists] : {std::pair{&owned_, &owned}, std::pair{&touched_, &touched}}) {
-    for (std::size_t rank = 0; rank < ranks; ++rank) {
-      exchange->counts[rank] = static_cast<int>((*lists)[rank].size());
-      exchange->starts.push_back(static_cast<int>(exchange->interface.size()));
-      exchange->interface.insert(exchange->interface.end(), (*lists)[rank].begin(), (*lists)[rank].end());
-    }
   }
 }
 
@@ -207,7 +160,7 @@ void NetworkSolver::add_grounds(std::vector<Block>& blocks) const {
     blocks.push_back(block);
   }
   for (const RotationSpring& spring : network_->rotation_springs()) {
-    if (network_->junction_ranks()[spring.junction] == rank_) {
+    if (network_->junction_ranks()[spring.junction] == network_->rank()) {
       Block block{.row = local_[spring.junction], .column = local_[spring.junction]};
       const std::array<double, 3> axis = triple(spring.axis);
       for (std::size_t i = 0; i < 3; ++i) {
@@ -251,54 +204,15 @@ void NetworkSolver::factor() {
   hold(blocks);
   std::string failure;
   try {
-    system_ = std::make_unique<JunctionSystem>(junctions_.size(), blocks, junctions_.size() - inner_);
+    system_ = std::make_unique<JunctionSystem>(junctions_.size(), blocks, interface_.shared().size());
   } catch (const JunctionSystem::Loose& loose) {
     const Junction& junction = network_->parameters().junctions[junctions_[loose.block]];
     failure = "junction " + (junction.name.empty() ? std::to_string(junctions_[loose.block]) : junction.name) +
               ": nothing holds its " + kUnknowns[loose.unknown] + ": the structure is a mechanism";
   }
   throw_together<InputError>(network_->comm(), failure);
-  if (!interface_.empty()) {
-    invert_interface();
-  }
-}
-
-/// The Schur complements of all ranks add up; rank 0 inverts, so that all have the same bits.
-void NetworkSolver::invert_interface() {
-  const std::size_t rows = 6 * interface_.size();
-  const std::size_t own = 6 * (junctions_.size() - inner_);
-  std::vector<double> sum(rows * rows, 0.0);
-  const auto first = static_cast<std::size_t>(touched_.starts[static_cast<std::size_t>(rank_)]);
-  const auto row_of = [&](std::size_t local) { return 6 * touched_.interface[first + local / 6] + local % 6; };
-  for (std::size_t i = 0; i < own; ++i) {
-    for (std::size_t k = 0; k < own; ++k) {
-      sum[row_of(i) * rows + row_of(k)] = system_->schur()[i * own + k];
-    }
-  }
-  const auto size = static_cast<int>(rows * rows);
-  MPI_Reduce(rank_ == 0 ? MPI_IN_PLACE : sum.data(), sum.data(), size, MPI_DOUBLE, MPI_SUM, 0, network_->comm());
-  int info = 0;
-  if (rank_ == 0) {
-    const auto n = static_cast<int>(rows);
-    dpotrf_("L", &n, sum.data(), &n, &info);
-    if (info == 0) {
-      dpotri_("L", &n, sum.data(), &n, &info);
-    }
-    for (std::size_t i = 0; i < rows; ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        sum[i * rows + k] = sum[k * rows + i];
-      }
-    }
-  }
-  MPI_Bcast(&info, 1, MPI_INT, 0, network_->comm());
-  if (info != 0) {
+  if (!interface_.empty() && !interface_.invert(system_->schur())) {
     throw InputError{"network: nothing holds an unknown where ranks meet: the structure is a mechanism"};
-  }
-  MPI_Bcast(sum.data(), size, MPI_DOUBLE, 0, network_->comm());
-  inverse_.resize(own * rows);
-  for (std::size_t i = 0; i < own; ++i) {
-    std::copy_n(sum.begin() + static_cast<std::ptrdiff_t>(row_of(i) * rows), rows,
-                inverse_.begin() + static_cast<std::ptrdiff_t>(i * rows));
   }
 }
 
@@ -363,38 +277,19 @@ void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
   if (interface_.empty()) {
     return;
   }
-  const std::size_t width = 3 * columns.size();
-  const auto rank = static_cast<std::size_t>(rank_);
-  shown_.clear();
-  for (int k = 0; k < owned_.counts[rank]; ++k) {
-    const std::size_t junction = interface_[owned_.interface[static_cast<std::size_t>(owned_.starts[rank] + k)]];
-    const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      const auto place = value(c, i);
-      shown_.insert(shown_.end(), place.begin(), place.end());
-    }
-  }
-  gather(owned_, width);
-  for (std::size_t k = 0; k < owned_.interface.size(); ++k) {
-    if (const std::size_t local = local_[interface_[owned_.interface[k]]]; local != kNone) {
-      for (std::size_t c = 0; c < columns.size(); ++c) {
-        put(c, local, gathered_.data() + k * width + 3 * c);
-      }
-    }
-  }
-}
-
-/// All ranks' `shown_` into `gathered_`, `width` numbers a junction.
-void NetworkSolver::gather(const Exchange& exchange, std::size_t width) {
-  std::vector<int> counts = exchange.counts;
-  std::vector<int> starts = exchange.starts;
-  for (std::size_t rank = 0; rank < counts.size(); ++rank) {
-    counts[rank] *= static_cast<int>(width);
-    starts[rank] *= static_cast<int>(width);
-  }
-  gathered_.resize(exchange.interface.size() * width);
-  MPI_Allgatherv(shown_.data(), static_cast<int>(shown_.size()), MPI_DOUBLE, gathered_.data(), counts.data(),
-                 starts.data(), MPI_DOUBLE, network_->comm());
+  interface_.spread(
+      3 * columns.size(),
+      [&](std::size_t junction, double* values) {
+        const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+          std::ranges::copy(value(c, i), values + 3 * c);
+        }
+      },
+      [&](std::size_t junction, const double* values) {
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+          put(c, local_[junction], values + 3 * c);
+        }
+      });
 }
 
 /// Forces on the own junctions, and those of their springs to the ground.
@@ -454,36 +349,21 @@ void NetworkSolver::solve_junctions(std::size_t columns) {
   system_->backward(values_, columns);
 }
 
-/// Every rank adds up what all show in the order of the ranks, and takes its rows of the inverse.
 void NetworkSolver::solve_interface(std::size_t columns) {
   const std::size_t width = columns * JunctionSystem::kPitch;
-  const std::size_t shown = 6 * columns;
-  shown_.clear();
-  for (std::size_t j = inner_; j < junctions_.size(); ++j) {
-    for (std::size_t c = 0; c < columns; ++c) {
-      const double* from = values_.data() + system_->place(j) * width + c * JunctionSystem::kPitch;
-      shown_.insert(shown_.end(), from, from + 6);
-    }
-  }
-  gather(touched_, shown);
-  const std::size_t rows = 6 * interface_.size();
-  sums_.assign(rows * columns, 0.0);
-  for (std::size_t k = 0; k < touched_.interface.size(); ++k) {
-    for (std::size_t c = 0; c < columns; ++c) {
-      for (std::size_t i = 0; i < 6; ++i) {
-        sums_[c * rows + 6 * touched_.interface[k] + i] += gathered_[k * shown + 6 * c + i];
+  const std::size_t inner = interface_.inner().size();
+  std::vector<double> values(6 * columns * interface_.shared().size());
+  const auto each = [&](const auto& visit) {
+    for (std::size_t j = inner; j < junctions_.size(); ++j) {
+      for (std::size_t c = 0; c < columns; ++c) {
+        visit(values_.data() + system_->place(j) * width + c * JunctionSystem::kPitch,
+              values.data() + 6 * ((j - inner) * columns + c));
       }
     }
-  }
-  for (std::size_t j = inner_; j < junctions_.size(); ++j) {
-    for (std::size_t c = 0; c < columns; ++c) {
-      double* to = values_.data() + system_->place(j) * width + c * JunctionSystem::kPitch;
-      for (std::size_t i = 0; i < 6; ++i) {
-        const double* row = inverse_.data() + (6 * (j - inner_) + i) * rows;
-        to[i] = std::inner_product(row, row + rows, sums_.begin() + static_cast<std::ptrdiff_t>(c * rows), 0.0);
-      }
-    }
-  }
+  };
+  each([](const double* junction, double* value) { std::copy_n(junction, 6, value); });
+  interface_.solve(values, columns);
+  each([](double* junction, const double* value) { std::copy_n(value, 6, junction); });
 }
 
 void NetworkSolver::resolve_members(std::span<const FilterColumn> columns) {

@@ -2,7 +2,8 @@
 """Checks who includes whom in include/udar and src: one walk through the rooms, no way back.
 
     petsc <- numerics <- structure <- filter <- contact <- motion <- integrators <- dynamics <- app
-    network, which condenses members, stands between structure and filter; local stands beside motion and knows numerics and contact alone; modal stands beside motion;
+    network, which condenses members, stands between structure and filter
+    local stands beside motion and knows numerics and contact alone; modal stands beside motion;
     io knows nothing of filter and integrators
 
 Words neither: below the program no message names an option that only the program reads; it names the quantity,

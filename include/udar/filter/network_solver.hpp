@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/filter/filter_column.hpp"
+#include "udar/filter/network_interface.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/network/junction_system.hpp"
 #include "udar/network/member_sweep.hpp"
@@ -55,50 +56,32 @@ class NetworkSolver final : public ColumnSolver {
   [[nodiscard]] const Report& report() const noexcept { return report_; }
 
  private:
-  /// What passes between ranks.
-  struct Exchange {
-    std::vector<int> counts;  // junctions of each rank
-    std::vector<int> starts;
-    std::vector<std::size_t> interface;  // which each of them is, one rank after the other
-  };
-
   void number_junctions();
   void build_packs();
   [[nodiscard]] std::vector<network::Block> member_blocks() const;
   void add_grounds(std::vector<network::Block>& blocks) const;
   void hold(std::vector<network::Block>& blocks);
   void factor();
-  void invert_interface();
   void solve_batch(std::span<const FilterColumn> columns, std::span<const double> load);
   void find_places(std::span<const FilterColumn> columns);
   void load_own(std::span<const FilterColumn> columns);
   void condense_members(std::span<const FilterColumn> columns);
   void solve_junctions(std::size_t columns);
   void solve_interface(std::size_t columns);
-  void gather(const Exchange& exchange, std::size_t width);
   [[nodiscard]] network::Sweep sweep_of(std::span<const FilterColumn> columns, std::size_t column);
   void resolve_members(std::span<const FilterColumn> columns);
 
   const Network* network_;
   double wf2_;
-  int rank_ = 0;
-  int ranks_ = 1;
+  NetworkInterface interface_;
   std::vector<std::size_t> junctions_;  // local: of the network; those of the interface last
   std::vector<std::size_t> local_;      // of a junction of the network: where it is in `junctions_`
-  std::vector<std::size_t> interface_;  // of all ranks, ascending
-  std::size_t inner_ = 0;               // local junctions that are not of it
-  Exchange owned_;                      // interface junctions by owner
-  Exchange touched_;                    // by who has members there
   std::vector<network::MemberTables> tables_;
   std::vector<network::Placement> packs_;
   std::vector<std::array<bool, 6>> held_;  // of local junctions
   std::unique_ptr<network::JunctionSystem> system_;
-  std::vector<double> inverse_;  // own rows of the interface's inverse, 6 |G| numbers each
   std::vector<double> places_;   // displacements of local junctions, where `values_` has theirs
   std::vector<double> values_;   // of the junction system
-  std::vector<double> gathered_;
-  std::vector<double> shown_;                  // to other ranks
-  std::vector<double> sums_;                   // of what all show
   std::vector<network::Condensed> condensed_;  // by column, then pack
   Report report_;
 };

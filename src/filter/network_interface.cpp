@@ -1,0 +1,150 @@
+#include "udar/filter/network_interface.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+extern "C" {
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dpotri_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+}
+
+namespace udar {
+
+NetworkInterface::NetworkInterface(const Network& network) : network_{&network} {
+  const NetworkParameters& parameters = network.parameters();
+  int size = 1;
+  MPI_Comm_size(network.comm(), &size);
+  const auto ranks = static_cast<std::size_t>(size);
+  std::vector<std::vector<int>> at(parameters.junctions.size());  // ranks with members there, and the owner
+  for (std::size_t member = 0; member < parameters.members.size(); ++member) {
+    for (const MemberEnd& end : parameters.members[member].ends) {
+      at[end.junction].push_back(network.member_ranks()[member]);
+    }
+  }
+  std::vector<std::vector<std::size_t>> owned(ranks);
+  std::vector<std::vector<std::size_t>> touched(ranks);
+  for (std::size_t junction = 0; junction < at.size(); ++junction) {
+    std::vector<int>& who = at[junction];
+    const int owner = network.junction_ranks()[junction];
+    who.push_back(owner);
+    std::ranges::sort(who);
+    who.erase(std::ranges::unique(who).begin(), who.end());
+    const bool mine = std::ranges::binary_search(who, network.rank());
+    if (who.size() == 1) {
+      if (mine) {
+        inner_.push_back(junction);
+      }
+      continue;
+    }
+    owned[static_cast<std::size_t>(owner)].push_back(junctions_.size());
+    for (const int rank : who) {
+      touched[static_cast<std::size_t>(rank)].push_back(junctions_.size());
+    }
+    junctions_.push_back(junction);
+    if (mine) {
+      shared_.push_back(junction);
+    }
+  }
+  owned_ = exchange_of(owned);
+  touched_ = exchange_of(touched);
+}
+
+NetworkInterface::Exchange NetworkInterface::exchange_of(const std::vector<std::vector<std::size_t>>& lists) {
+  Exchange exchange;
+  for (const std::vector<std::size_t>& list : lists) {
+    exchange.counts.push_back(static_cast<int>(list.size()));
+    exchange.starts.push_back(static_cast<int>(exchange.which.size()));
+    exchange.which.insert(exchange.which.end(), list.begin(), list.end());
+  }
+  return exchange;
+}
+
+bool NetworkInterface::invert(std::span<const double> schur) {
+  const std::size_t rows = 6 * junctions_.size();
+  const std::size_t own = 6 * shared_.size();
+  const auto first = static_cast<std::size_t>(touched_.starts[static_cast<std::size_t>(network_->rank())]);
+  const auto row_of = [&](std::size_t local) { return 6 * touched_.which[first + local / 6] + local % 6; };
+  std::vector<double> sum(rows * rows, 0.0);
+  for (std::size_t i = 0; i < own; ++i) {
+    for (std::size_t k = 0; k < own; ++k) {
+      sum[row_of(i) * rows + row_of(k)] = schur[i * own + k];
+    }
+  }
+  const bool inverts = network_->rank() == 0;
+  const auto size = static_cast<int>(rows * rows);
+  MPI_Reduce(inverts ? MPI_IN_PLACE : sum.data(), sum.data(), size, MPI_DOUBLE, MPI_SUM, 0, network_->comm());
+  int info = 0;
+  if (inverts) {
+    const auto n = static_cast<int>(rows);
+    dpotrf_("L", &n, sum.data(), &n, &info);
+    if (info == 0) {
+      dpotri_("L", &n, sum.data(), &n, &info);
+    }
+    for (std::size_t i = 0; i < rows; ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        sum[i * rows + k] = sum[k * rows + i];
+      }
+    }
+  }
+  MPI_Bcast(&info, 1, MPI_INT, 0, network_->comm());
+  MPI_Bcast(sum.data(), size, MPI_DOUBLE, 0, network_->comm());
+  inverse_.resize(own * rows);
+  for (std::size_t i = 0; i < own; ++i) {
+    std::copy_n(sum.begin() + static_cast<std::ptrdiff_t>(row_of(i) * rows), rows,
+                inverse_.begin() + static_cast<std::ptrdiff_t>(i * rows));
+  }
+  return info == 0;
+}
+
+/// All ranks' numbers into `gathered_`, `width` a junction.
+void NetworkInterface::gather(const Exchange& exchange, std::size_t width, std::span<const double> shown) {
+  std::vector<int> counts = exchange.counts;
+  std::vector<int> starts = exchange.starts;
+  for (std::size_t rank = 0; rank < counts.size(); ++rank) {
+    counts[rank] *= static_cast<int>(width);
+    starts[rank] *= static_cast<int>(width);
+  }
+  gathered_.resize(exchange.which.size() * width);
+  MPI_Allgatherv(shown.data(), static_cast<int>(shown.size()), MPI_DOUBLE, gathered_.data(), counts.data(),
+                 starts.data(), MPI_DOUBLE, network_->comm());
+}
+
+void NetworkInterface::spread(std::size_t width,
+                              const std::function<void(std::size_t junction, double* values)>& value,
+                              const std::function<void(std::size_t junction, const double* values)>& take) {
+  const auto rank = static_cast<std::size_t>(network_->rank());
+  const auto first = static_cast<std::size_t>(owned_.starts[rank]);
+  const auto count = static_cast<std::size_t>(owned_.counts[rank]);
+  shown_.resize(count * width);
+  for (std::size_t k = 0; k < count; ++k) {
+    value(junctions_[owned_.which[first + k]], shown_.data() + k * width);
+  }
+  gather(owned_, width, shown_);
+  for (std::size_t k = 0; k < owned_.which.size(); ++k) {
+    const std::size_t junction = junctions_[owned_.which[k]];
+    if (std::ranges::binary_search(shared_, junction)) {
+      take(junction, gathered_.data() + k * width);
+    }
+  }
+}
+
+void NetworkInterface::solve(std::span<double> values, std::size_t columns) {
+  const std::size_t width = 6 * columns;
+  const std::size_t rows = 6 * junctions_.size();
+  gather(touched_, width, values);
+  sums_.assign(rows * columns, 0.0);
+  for (std::size_t k = 0; k < touched_.which.size(); ++k) {
+    for (std::size_t i = 0; i < width; ++i) {
+      sums_[i / 6 * rows + 6 * touched_.which[k] + i % 6] += gathered_[k * width + i];
+    }
+  }
+  for (std::size_t j = 0; j < shared_.size(); ++j) {
+    for (std::size_t i = 0; i < width; ++i) {
+      const double* row = inverse_.data() + (6 * j + i % 6) * rows;
+      values[j * width + i] =
+          std::inner_product(row, row + rows, sums_.begin() + static_cast<std::ptrdiff_t>(i / 6 * rows), 0.0);
+    }
+  }
+}
+
+}  // namespace udar
