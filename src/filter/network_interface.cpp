@@ -109,8 +109,7 @@ void NetworkInterface::gather(const Exchange& exchange, std::size_t width, std::
                  starts.data(), MPI_DOUBLE, network_->comm());
 }
 
-void NetworkInterface::spread(std::size_t width,
-                              const std::function<void(std::size_t junction, double* values)>& value,
+void NetworkInterface::spread(std::size_t width, const std::function<void(std::size_t junction, double* values)>& value,
                               const std::function<void(std::size_t junction, const double* values)>& take) {
   const auto rank = static_cast<std::size_t>(network_->rank());
   const auto first = static_cast<std::size_t>(owned_.starts[rank]);

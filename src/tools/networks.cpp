@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,8 +86,9 @@ nlohmann::ordered_json beside(MPI_Comm comm, Solved& members, Solved& other, lon
   return ratios;
 }
 
-nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t elements, double filter_frequency,
-                                long repeats, long most) {
+nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t elements, const NetworkBench& bench) {
+  const double filter_frequency = bench.filter_frequency;
+  const long repeats = bench.repeats;
   int rank = 0;
   int ranks = 1;
   MPI_Comm_rank(comm, &rank);
@@ -107,7 +109,7 @@ nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t ele
   sample(comm, {&one, &four}, repeats);
   entry["nanoseconds_per_node"] = one.best() * 1e9 / nodes;
   entry["nanoseconds_per_node_of_four"] = four.best() * 1e9 / nodes / static_cast<double>(kColumns);
-  if (nodes <= static_cast<double>(most)) {
+  if (nodes <= static_cast<double>(bench.most)) {
     if (ranks == 1) {
       Solved cholmod{comm, parameters, filter_frequency, {{"-filter_pc_type", "cholesky"}}};
       entry["cholmod_over_members"] = beside(comm, members, cholmod, std::min(repeats, 10L));
@@ -133,13 +135,13 @@ nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t ele
 
 }  // namespace
 
-void networks(MPI_Comm comm, double filter_frequency, long repeats, long most) {
+void networks(MPI_Comm comm, const NetworkBench& bench) {
   constexpr std::array kKinds{Kind{"grillage 10 x 10", {10, 1, 10}}, Kind{"grillage 30 x 30", {30, 1, 30}},
                               Kind{"lattice 8 x 8 x 8", {8, 8, 8}}};
   nlohmann::ordered_json result;
-  for (const Kind& kind : kKinds) {
+  for (const Kind& kind : std::span{kKinds}.first(bench.quick ? 1 : kKinds.size())) {
     for (const std::size_t elements : {4U, 16U, 64U}) {
-      result.push_back(measured(comm, kind, elements, filter_frequency, repeats, most));
+      result.push_back(measured(comm, kind, elements, bench));
     }
   }
   UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));

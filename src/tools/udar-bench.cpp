@@ -404,7 +404,7 @@ int run_bench(MPI_Comm comm) {
         "network: time of a solve of grillages and lattices by their members, of -bench_repeats, beside CHOLMOD and "
         "MUMPS up to -bench_largest_frame, as JSON; "
         "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
-    group.boolean("-bench_quick", quick, "integrators: the first tables only");
+    group.boolean("-bench_quick", quick, "integrators, network: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
     group.integer("-bench_repeats", repeats, petsc::at_least(1),
                   "samples of each time; the best counts, of the machine the median");
@@ -445,7 +445,7 @@ int run_bench(MPI_Comm comm) {
         frequency_given == PETSC_TRUE ? app::read_filter(comm, Formulation::mixed).parameters.filter_frequency : 300.0;
     UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
     petsc::check_unknown_options(comm);
-    bench::networks(comm, wf, repeats, largest_frame);
+    bench::networks(comm, {.filter_frequency = wf, .repeats = repeats, .most = largest_frame, .quick = quick});
     return 0;
   }
   auto [beam, formulation] = app::read_beam(comm);

@@ -23,13 +23,12 @@ def bench(*arguments, ranks=1):
 
 class Network(unittest.TestCase):
     def test_members_are_faster_than_the_assembled_frame(self):
-        result = bench("-bench_kind", "network", "-bench_repeats", "2", "-bench_largest_frame", "3000")
+        result = bench("-bench_kind", "network", "-bench_repeats", "2", "-bench_quick", "-bench_largest_frame", "3000")
         self.assertEqual(result.returncode, 0, result.stderr)
         entries = json.loads(result.stdout)
-        self.assertEqual(len(entries), 9)
+        self.assertEqual([entry["elements"] for entry in entries], [4, 16, 64])
         for entry in entries:
-            members = {"grillage 10 x 10": 180, "grillage 30 x 30": 1740, "lattice 8 x 8 x 8": 1344}[entry["structure"]]
-            self.assertEqual(entry["nodes"], entry["junctions"] + members * (entry["elements"] - 1))
+            self.assertEqual(entry["nodes"], 100 + 180 * (entry["elements"] - 1))
             self.assertGreater(entry["nanoseconds_per_node"], 0.0)
             self.assertEqual("cholmod_over_members" in entry, entry["nodes"] <= 3000)
         for entry in entries[:2]:

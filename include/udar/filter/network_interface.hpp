@@ -55,8 +55,8 @@ class NetworkInterface {
   std::vector<std::size_t> junctions_;  // ascending
   std::vector<std::size_t> inner_;
   std::vector<std::size_t> shared_;
-  Exchange owned_;    // by owner
-  Exchange touched_;  // by who has members there
+  Exchange owned_;               // by owner
+  Exchange touched_;             // by who has members there
   std::vector<double> inverse_;  // own rows
   std::vector<double> shown_;
   std::vector<double> gathered_;

@@ -80,8 +80,8 @@ class NetworkSolver final : public ColumnSolver {
   std::vector<network::Placement> packs_;
   std::vector<std::array<bool, 6>> held_;  // of local junctions
   std::unique_ptr<network::JunctionSystem> system_;
-  std::vector<double> places_;   // displacements of local junctions, where `values_` has theirs
-  std::vector<double> values_;   // of the junction system
+  std::vector<double> places_;                 // displacements of local junctions, where `values_` has theirs
+  std::vector<double> values_;                 // of the junction system
   std::vector<network::Condensed> condensed_;  // by column, then pack
   Report report_;
 };
