@@ -75,7 +75,7 @@ void AssembledOperator::add_row(PetscInt row, std::span<const MatrixEntry> entri
                                 const double* groups) {
   // Sums that are rounding of what is summed up, by whoever assembled it, are none.
   constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
-  constexpr double kLastGroup = 1.0 + static_cast<double>(Direction::z);
+  constexpr int kGroups = 1 + static_cast<int>(Direction::z);
   const auto place_of = [&](PetscInt column) {
     return static_cast<std::size_t>(std::ranges::lower_bound(columns, column) - columns.begin());
   };
@@ -85,7 +85,8 @@ void AssembledOperator::add_row(PetscInt row, std::span<const MatrixEntry> entri
     places.push_back(place_of(entry.column));
   }
   first_group_.push_back(groups_.size());
-  for (double wanted = 1.0; wanted <= kLastGroup; wanted += 1.0) {
+  for (int number = 1; number <= kGroups; ++number) {
+    const auto wanted = static_cast<double>(number);
     // Any reference is right; a point's own displacement, or that of one beside it, is near.
     const std::size_t none = columns.size();
     Group group{.first = entries_.size(), .near = groups[own] == wanted ? own : none};

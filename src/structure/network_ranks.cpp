@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ranges>
 #include <string>
 
 #include "structure/disjoint_sets.hpp"
@@ -59,8 +60,9 @@ void fill_empty(std::vector<int>& ranks, int count) {
   for (auto empty = std::ranges::find(junctions, 0U); empty != junctions.end();
        empty = std::ranges::find(junctions, 0U)) {
     const auto most = std::ranges::max_element(junctions);
-    const auto last = std::find(ranks.rbegin(), ranks.rend(), static_cast<int>(most - junctions.begin()));
-    *last = static_cast<int>(empty - junctions.begin());
+    auto backwards = ranks | std::views::reverse;
+    *std::ranges::find(backwards, static_cast<int>(most - junctions.begin())) =
+        static_cast<int>(empty - junctions.begin());
     --*most;
     ++*empty;
   }
