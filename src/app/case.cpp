@@ -88,6 +88,11 @@ CaseInput read_case(MPI_Comm comm) {
     input.beam = read_beam(comm);
   }
   input.filter = read_filter(comm, input.beam.formulation);
+  if (input.filter.modal && !input.structure.beam() && !petsc::Session::help_requested()) {
+    throw InputError{
+        "option -ts_type: modal is not allowed with a network or imported matrices, expected a beam; others need "
+        "-filter_frequency [rad/s]"};
+  }
   input.start = read_start(comm);
   input.contact = read_contact(comm);
   input.output = read_output(comm);

@@ -69,7 +69,8 @@ void add_structure(Description& built, const FilteredStructure& line) {
       built.add("note", note);
     }
   }
-  built.add("nodes", static_cast<double>(points.total()));
+  built.add(line.structure().network() != nullptr ? "masses, three of a node" : "nodes",
+            static_cast<double>(points.total()));
   built.add("ranks", ranks);
 }
 

@@ -200,13 +200,13 @@ class Sources(NetworkTest):
         for column in ("mass_0", "line_1", "velocity_2"):
             # Sums of some hundred terms in another order; the contact lasts 15 ms.
             self.assertLess(np.abs(one[column] - two[column]).max(), 1e-10, column)
-        self.assertGreater(np.ptp(one["mass_0"]), 1e-3, "it falls")
+        self.assertGreater(np.ptp(one["mass_0"]), 5e-4, "it falls")
 
     def test_a_lattice_is_what_its_numbers_say(self):
         options = {**RUN, "network_lattice": "3,2,4", "network_spacing": "1,2,0.5", "network_elements": 2,
                    "network_section": "rectangle", "network_section_width": 0.1, "network_section_height": 0.2,
-                   "network_density": 1000, "support_position": None}
-        shown = self.view("lattice", **{key: value for key, value in options.items() if value is not None})
+                   "network_density": 1000, "support_height": None, "support_position": None}
+        shown = self.run_case({**options, "udar_view": True}, name="lattice")
         along = (2 * 2 * 4, 3 * 1 * 4, 3 * 2 * 3)  # members along x, y, z
         members = sum(along)
         mass = 1000 * 0.02 * np.dot(along, (1, 2, 0.5))
@@ -228,10 +228,10 @@ class Refusals(NetworkTest):
     def test_of_the_yaml(self):
         for before, after, words in (
             ("name: middle, place", "name: middle, plaec", ["line 9 column", "'middle'", "place"]),
-            ("mass: 50", "mas: 50", ["line 9 column 44", "'middle'", "unknown key 'mas'", "mass"]),
-            ("[2, 3, 0]", "[2, 3]", ["line 9 column 28", "place", "a list of 3 numbers", "[m]"]),
-            ("[2, 3, 0]", "[2, x, 0]", ["line 9 column 32", "place", "'x'", "[m]"]),
-            ("mass: 50", "mass: -50", ["line 9 column 45", "mass", "'-50'", ">= 0", "[kg]"]),
+            ("mass: 50", "mas: 50", ["line 9 column 38", "'middle'", "unknown key 'mas'", "mass"]),
+            ("[2, 3, 0]", "[2, 3]", ["line 9 column 27", "place", "a list of 3 numbers", "[m]"]),
+            ("[2, 3, 0]", "[2, x, 0]", ["line 9 column 31", "place", "'x'", "[m]"]),
+            ("mass: 50", "mass: -50", ["line 9 column 44", "mass", "'-50'", ">= 0", "[kg]"]),
             ("name: middle, place", "name: left knee, place", ["line 9 column 12", "another junction of this name"]),
             ("to: middle}", "to: midle}", ["line 13 column", "unknown junction 'midle'", "middle"]),
             ("from: middle, to: right knee", "from: middle, to: middle", ["line 14 column", "to itself"]),
@@ -249,11 +249,16 @@ class Refusals(NetworkTest):
             ("groups:", "groups: ]", ["line 15 column", "YAML"]),
             ("members:\n", "members: 3\nothers:\n", ["line 10 column", "members", "'3'", "a list of maps"]),
             ("element_length: 0.5", "element_length: 0.5, hinge_to: [y, w]", ["line 18 column", "hinge_to", "'w'"]),
-            ("place: [2, 3, 0]", "place: [0, 3, 0]", ["left knee", "middle"]),
-            ("[0, 0, 1]}", "[0, 1, 0]}", ["left post", "orientation"]),
         ):
             with self.subTest(after=after):
                 self.wrong(before, after, *words)
+        for before, after, words in (
+            ("place: [2, 3, 0]", "place: [0, 3, 0]", ["left beam", "length", "> 0"]),
+            ("place: [2, 3, 0]", "place: [4, 0, 0]", ["right foot", "middle", "both at (4, 0, 0)"]),
+            ("[0, 0, 1]}", "[0, 1, 0]}", ["left post", "orientation"]),
+        ):
+            with self.subTest(after=after):
+                self.refused(*words, network_file=self.write("frame.yaml", FRAME.replace(before, after)))
         twice = FRAME + "  - {name: more, junctions: [left foot], held: clamped}\n"
         path = self.write("frame.yaml", twice)
         self.refused("line 19 column", "line 16", "another group", network_file=path)
@@ -268,9 +273,9 @@ class Refusals(NetworkTest):
         four = Mesh().version_4().decode()
         self.mesh_refused(two, "'feet'", "no group of this name",
                           groups=GROUPS.replace("  - {name: feet, held: pinned}\n", ""))
-        self.mesh_refused(two, "line 7 column 12", "'mid'", "no physical group", "beams, feet, middle, posts",
+        self.mesh_refused(two, "line 6 column 12", "'mid'", "no physical group", "posts, beams, feet, middle",
                           groups=GROUPS.replace("name: middle, mass", "name: mid, mass"))
-        self.mesh_refused(two, "line 8 column", "unknown key 'elements'",
+        self.mesh_refused(two, "line 7 column 34", "unknown key 'elements'",
                           groups=GROUPS.replace("section: post, orient", "section: post, elements: 3, orient"))
         self.mesh_refused(two.replace('1 2 "beams"', '1 9 "beams"'), "(0, 3, 0) m", "no physical group with a name")
         doubled = two.replace("\n5 2 3 0\n", "\n5 0 3 0\n")
@@ -280,6 +285,8 @@ class Refusals(NetworkTest):
         count = int(last[0])
         self.mesh_refused(again.replace(f"$Elements\n{count}\n", f"$Elements\n{count + 1}\n"), "two lines from")
         self.mesh_refused(four.replace(" 1 1 2 1 -3\n", " 2 1 2 2 1 -3\n"), "2 physical groups", "line from (0, 0, 0)")
+        self.mesh_refused(two.replace(" 1 2 1 1 1 6\n", " 1 2 1 1 1 99\n"), "frame.msh", "node 99")
+        self.mesh_refused(re.sub(r"\n4 4 3 0\n", "\n5 4 3 0\n", two), "node 5 is given twice")
         self.mesh_refused("no mesh at all\n", "frame.msh", "Gmsh", ranks=(0, 2))
         self.mesh_refused(two[: len(two) // 2], "frame.msh", "Gmsh")
         triangle = textwrap.dedent("""\
