@@ -263,7 +263,10 @@ void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
   const std::vector<std::size_t>& own = network_->own_junctions();
   places_.resize(junctions_.size() * columns.size() * JunctionSystem::kPitch);
   const auto put = [&](std::size_t c, std::size_t local, const double* from) {
-    std::copy_n(from, 3, places_.data() + (system_->place(local) * columns.size() + c) * JunctionSystem::kPitch);
+    double* to = places_.data() + (system_->place(local) * columns.size() + c) * JunctionSystem::kPitch;
+    for (std::size_t k = 0; k < 3; ++k) {
+      to[k] = held_[local][k] ? 0.0 : from[k];  // the line stays there
+    }
   };
   const auto value = [&](std::size_t c, std::size_t i) {  // of an own junction
     const auto given = triple_of(columns[c].displacement, nodes);
@@ -371,10 +374,11 @@ void NetworkSolver::resolve_members(std::span<const FilterColumn> columns) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const network::Sweep sweep = sweep_of(columns, c);
     for (std::size_t i = 0; i < own.size(); ++i) {
-      const double* from = sweep.value + system_->place(local_[own[i]]) * sweep.pitch;
-      sweep.stretch.x[i] = from[0];
-      sweep.stretch.y[i] = from[1];
-      sweep.stretch.z[i] = from[2];
+      const std::size_t local = local_[own[i]];
+      const double* from = sweep.value + system_->place(local) * sweep.pitch;
+      sweep.stretch.x[i] = held_[local][0] ? -sweep.displacement.x[i] : from[0];
+      sweep.stretch.y[i] = held_[local][1] ? -sweep.displacement.y[i] : from[1];
+      sweep.stretch.z[i] = held_[local][2] ? -sweep.displacement.z[i] : from[2];
       if (sweep.rotation.x != nullptr) {
         sweep.rotation.x[i] = from[3];
         sweep.rotation.y[i] = from[4];

@@ -82,7 +82,7 @@ std::vector<Place> places_of(const NetworkParameters& given) {
   return places;
 }
 
-/// Smooth, of a millimetre, where nothing is held; perhaps far away and turned by .4 rad besides.
+/// Smooth, of a millimetre, far away and turned by .4 rad besides.
 Motion smooth_motion(const NetworkParameters& given, bool far, double force) {
   Motion motion;
   for (const Place& p : places_of(given)) {
@@ -90,13 +90,6 @@ Motion smooth_motion(const NetworkParameters& given, bool far, double force) {
     motion.displacement.push_back(1e-3 * std::cos(2.1 * p.x - p.y + 1.5 * p.z) + (far ? 1.0 + 0.4 * p.x : 0.0));
     motion.displacement.push_back(1e-3 * std::sin(0.7 * p.x + 1.7 * p.y - 2.2 * p.z) + (far ? 1.0 : 0.0));
     motion.force.insert(motion.force.end(), {0.3 * force, -force, force * std::sin(p.x)});
-  }
-  for (std::size_t j = 0; j < given.junctions.size(); ++j) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (given.junctions[j].held.at(k)) {
-        motion.displacement[3 * j + k] = 0.0;
-      }
-    }
   }
   return motion;
 }

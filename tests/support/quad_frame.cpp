@@ -347,9 +347,15 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
 
 }  // namespace
 
-std::vector<double> quad_stretch(const Network& network, double filter_frequency,
-                                 const std::vector<double>& displacement, const std::vector<double>& force) {
+std::vector<double> quad_stretch(const Network& network, double filter_frequency, const std::vector<double>& given,
+                                 const std::vector<double>& force) {
   const NetworkParameters& parameters = network.parameters();
+  std::vector<double> displacement = given;
+  for (std::size_t i = 0; i < 3 * parameters.junctions.size(); ++i) {
+    if (parameters.junctions[i / 3].held[i % 3]) {
+      displacement[i] = 0.0;  // the line stays there
+    }
+  }
   const double wf2 = filter_frequency * filter_frequency;
   const std::size_t junctions = parameters.junctions.size();
   std::vector<std::size_t> kind(parameters.members.size());
@@ -407,7 +413,11 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
     return values;
   };
   for (std::size_t j = 0; j < junctions; ++j) {
-    put(of_junction(j));
+    Vector6 values = of_junction(j);
+    for (std::size_t k = 0; k < 3; ++k) {
+      values[k] -= Quad{given[3 * j + k]} - Quad{displacement[3 * j + k]};
+    }
+    put(values);
   }
   for (std::size_t number = 0; number < chains.size(); ++number) {
     const Member& member = parameters.members[number];

@@ -12,7 +12,9 @@ namespace {
 
 using Kind = MemberShape::Kind;
 
-MemberSection steel() { return {.youngs_modulus = 2.1e11, .shear_modulus = 2.1e11 / 2.6, .density = 7850.0}; }
+MemberSection steel() {
+  return {.name = "steel", .youngs_modulus = 2.1e11, .shear_modulus = 2.1e11 / 2.6, .density = 7850.0};
+}
 
 TEST(MemberShape, RectangleHasTheTorsionConstantOfTheSeries) {
   // Timoshenko and Goodier, section 109, table 6: k1 a b^3, four digits; here by the plain series, 20 000 terms of it.
