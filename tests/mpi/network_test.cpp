@@ -183,7 +183,8 @@ std::vector<double> stretch_by_node(const Turn& turn) {
     return static_cast<std::size_t>(network.point({.rank = network.rank(), .local = local}, axis) - points.begin());
   };
   for (std::size_t local = 0; local < network.nodes(); ++local) {
-    const auto number = static_cast<double>(points.number(local) / 3);
+    const std::int64_t node = points.number(local) / 3;
+    const auto number = static_cast<double>(node);
     const Place moved = turn({2.0 + std::sin(number), std::cos(2.0 * number), 0.1 * number});
     const Place pushed = turn({10.0 * std::cos(number), 0.0, 5.0 * std::sin(3.0 * number)});
     for (const auto& [axis, u, f] :
@@ -223,6 +224,7 @@ TEST(Network, TranslationStretchesNothing) {
   FilteredStructure line{network, {.filter_frequency = 50.0}};
   const MassPoints& points = network.points();
   std::vector<double> given;
+  given.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
     given.push_back(points.direction(point) == Direction::y   ? -1.7
                     : points.direction(point) == Direction::x ? 0.3
@@ -265,6 +267,7 @@ TEST(Network, StraightLineOfMembersIsTheBeam) {
   FilteredStructure other{network, {.filter_frequency = wf}};
   const MassPoints& points = network.points();
   std::vector<double> given;
+  given.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
     given.push_back(points.direction(point) == Direction::y ? displacement(points.place(point).x) : 0.0);
   }
