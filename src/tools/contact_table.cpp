@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -26,10 +27,10 @@ using petsc::Options;
 
 /// A method by its options; the rest are those of the case.
 struct Method {
-  const char* name;
-  ContactMethod method;
-  const char* parameter;  ///< key of what is refined
-  const char* type;
+  const char* name = nullptr;
+  ContactMethod method = ContactMethod::modal;
+  const char* parameter = nullptr;  ///< key of what is refined
+  const char* type = nullptr;
   const char* surface = nullptr;
   const char* tolerance = nullptr;  ///< null: the type's own
 };
@@ -223,9 +224,8 @@ Json number(const std::optional<double>& value) {
 /// Names of what is compared.
 std::vector<std::string> names_of(const ContactRun& run) {
   std::vector<std::string> names;
-  for (const double gauge : run.gauges) {
-    names.push_back("lowest_at_" + text_of(gauge));
-  }
+  std::ranges::transform(run.gauges, std::back_inserter(names),
+                         [](double gauge) { return "lowest_at_" + text_of(gauge); });
   names.insert(names.end(), {"rebound", "second_landing"});
   return names;
 }
@@ -386,7 +386,7 @@ std::string csv_of(const Json& tables) {
       }
       text += one["stiffness"].is_null() ? "inf" : text_of(one["stiffness"].get<double>());
       for (const auto& [key, value] : row.items()) {
-        text += "," + (value.is_null() || value == "" ? "" : value.dump());
+        text += "," + (value.is_null() || value == Json("") ? "" : value.dump());
       }
       text += "\n";
     }
@@ -404,9 +404,8 @@ std::string write_file(const std::string& path, const std::string& text) {
 
 void ContactLists::read(petsc::OptionGroup& group) {
   std::vector<std::pair<const char*, ContactMethod>> names;
-  for (const Method& method : kMethods) {
-    names.emplace_back(method.name, method.method);
-  }
+  std::ranges::transform(kMethods, std::back_inserter(names),
+                         [](const Method& method) { return std::pair{method.name, method.method}; });
   group.choices<ContactMethod>("-bench_methods", methods, names,
                                "contact: masses or the line that touch by an integrator, the unfiltered beam, modes");
   group.reals("-bench_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),

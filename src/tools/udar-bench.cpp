@@ -371,6 +371,13 @@ void refuse_correction(const app::ModeChoice& exact) {
   }
 }
 
+/// For what has no filter, or takes its own.
+void forget_frequency(PetscBool given) {
+  if (given == PETSC_FALSE) {
+    UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+  }
+}
+
 int run_bench(MPI_Comm comm) {
   app::register_types();
   petsc::check_petsc_options();
@@ -424,9 +431,7 @@ int run_bench(MPI_Comm comm) {
     lists.read(group);
   }
   if ((kind == Kind::machine || kind == Kind::contact) && !petsc::Session::help_requested()) {
-    if (frequency_given == PETSC_FALSE) {
-      UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
-    }
+    forget_frequency(frequency_given);
     if (kind == Kind::machine) {
       bench::machine(comm, static_cast<std::size_t>(largest), repeats);
     } else {
