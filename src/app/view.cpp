@@ -1,6 +1,8 @@
 #include "udar/app/view.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -74,6 +76,37 @@ void add_structure(Description& built, const FilteredStructure& line) {
   built.add("ranks", ranks);
 }
 
+/// How a network is dealt to the ranks and how well its junctions are conditioned. @note Collective.
+void add_condensation(Description& built, const Network& network, const NetworkSolver& solver,
+                      double filter_frequency) {
+  std::array<double, 2> nodes{static_cast<double>(network.nodes()), static_cast<double>(network.nodes())};
+  MPI_Allreduce(MPI_IN_PLACE, nodes.data(), 1, MPI_DOUBLE, MPI_MAX, network.comm());
+  MPI_Allreduce(MPI_IN_PLACE, &nodes[1], 1, MPI_DOUBLE, MPI_SUM, network.comm());
+  int ranks = 1;
+  MPI_Comm_size(network.comm(), &ranks);
+  std::size_t cut = 0;
+  for (const Member& member : network.parameters().members) {
+    const std::vector<int>& owner = network.junction_ranks();
+    cut += owner[member.ends[0].junction] != owner[member.ends[1].junction] ? 1 : 0;
+  }
+  built.add("nodes of a rank, most over mean", rounded(nodes[0] / nodes[1] * ranks));
+  built.add("members between ranks, junctions between ranks",
+            rounded({static_cast<double>(cut), static_cast<double>(solver.report().interface)}));
+  std::array<double, 2> decay{};  // longest: bending, axial
+  double condition = 1.0;
+  for (const MemberKind& kind : network.kinds()) {
+    const MemberSection& section = network.parameters().sections[kind.section];
+    const double length = kind.element_length * static_cast<double>(kind.elements);
+    const double ground = section.mass_per_length() * filter_frequency * filter_frequency;  // of the filter [N/m^2]
+    const double bend = std::pow(4.0 * std::max(section.bending(0), section.bending(1)) / ground, 0.25);
+    const double axial = std::sqrt(section.axial() / ground);
+    decay = {std::max(decay[0], bend), std::max(decay[1], axial)};
+    condition = std::max(condition, 1.0 + 4.0 * std::pow(axial / length, 2) + 12.0 * std::pow(bend / length, 4));
+  }
+  built.add("decay length of bending, of axial forces, longest [m]", rounded({decay[0], decay[1]}));
+  built.add("condition of the junctions, bound", rounded(condition));
+}
+
 /// What matrices cost, and whether the filter pays. @note Collective; a second of solves.
 void add_cost(Description& built, FilteredStructure& line) {
   PetscInt unknowns = 0;
@@ -81,8 +114,10 @@ void add_cost(Description& built, FilteredStructure& line) {
   const FilterCost cost = measure_cost(line);
   const double ratio = cost.highest_frequency / line.filter_frequency();
   built.add("unknowns", static_cast<double>(unknowns));
-  built.add("nonzeros of the factor, of an unknown",
-            rounded({cost.factor_nonzeros, cost.factor_nonzeros / static_cast<double>(unknowns)}));
+  if (cost.factor_nonzeros > 0.0) {
+    built.add("nonzeros of the factor, of an unknown",
+              rounded({cost.factor_nonzeros, cost.factor_nonzeros / static_cast<double>(unknowns)}));
+  }
   built.add("a solve, of four together [s]", rounded({cost.solve_time, cost.batch_time}));
   built.add("a product with the stiffness [s]", rounded(cost.product_time));
   built.add("a solve, products", rounded(cost.solve_time / cost.product_time));
@@ -111,12 +146,16 @@ void add_filter(Description& built, const FilteredStructure& line, bool modal) {
     }
     built.add("residual of the first solves", rounded(line.worst_residual()));
   }
+  if (line.network() != nullptr) {
+    add_condensation(built, *line.structure().network(), *line.network(), wf);
+  }
   const std::string reason = line.chain() != nullptr ? "" : line.filter_operator().block_form_reason();
   built.add("line solver (details: -filter_ksp_view)",
-            line.chain() != nullptr ? "chain recursion"
-            : beam == nullptr       ? "assembled matrix"
-            : reason.empty()        ? "assembled block form, as asked for"
-                                    : "assembled block form, because the chain recursion cannot carry it: " + reason);
+            line.chain() != nullptr     ? "chain recursion"
+            : line.network() != nullptr ? "members condensed to junctions"
+            : beam == nullptr           ? "assembled matrix"
+            : reason.empty()            ? "assembled block form, as asked for"
+                             : "assembled block form, because the chain recursion cannot carry it: " + reason);
 }
 
 /// @note Collective.

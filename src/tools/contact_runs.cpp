@@ -175,7 +175,9 @@ ContactRun run_contact(MPI_Comm comm, const petsc::Options& options, long repeat
     dynamics.add_observer(sampler);
     dynamics.add_observer(landings);
     dynamics.solve();
-    run.gauges = input.gauges;
+    for (const Place& gauge : input.gauges) {
+      run.gauges.push_back(gauge.x);
+    }
     run.drift = dynamics.energy().drift();
     judge(input, sampler.samples(), landings.all(), run);
   });
