@@ -9,10 +9,10 @@
 
 namespace udar {
 
-RigidFlight::RigidFlight(Equations& equations, ContactState& contact, const Contacts& contacts)
+RigidFlight::RigidFlight(Equations& equations, ContactState& contact, const Contacts* contacts)
     : equations_{&equations},
       contact_{&contact},
-      contacts_{&contacts},
+      contacts_{contacts},
       wf2_{equations.line().filter_frequency() * equations.line().filter_frequency()} {}
 
 bool RigidFlight::begin(double time, std::span<const double> state, double shortest, double longest) {

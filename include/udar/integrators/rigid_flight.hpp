@@ -18,8 +18,8 @@ namespace udar {
 /// time, up to the first instant at which something touches. Source: docs/theory.md, "Rigid motion"
 class RigidFlight {
  public:
-  /// All outlive this object. @param contacts what may be touched
-  RigidFlight(Equations& equations, ContactState& contact, const Contacts& contacts);
+  /// All outlive this object. @param contacts what may be touched; null: it never begins
+  RigidFlight(Equations& equations, ContactState& contact, const Contacts* contacts);
 
   /// @brief Looks for a flight that begins now. @param time [s] @param state Ym [m], then Vm [m/s] of the local nodes;
   /// stays where it is @param shortest, longest of a flight [s] @return whether there is one
