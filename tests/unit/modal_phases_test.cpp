@@ -144,10 +144,8 @@ double fastest_squared(const ReducedModel& model, unsigned touching) {
   }
   std::vector<double> matrix(modes * modes);
   for (std::size_t m = 0; m < modes; ++m) {
-    std::vector<double> moved;
-    for (const std::size_t i : set) {
-      moved.push_back(model.row_of(i)[m]);
-    }
+    std::vector<double> moved(set.size());
+    std::ranges::transform(set, moved.begin(), [&](std::size_t i) { return model.row_of(i)[m]; });
     const std::vector<double> force = set.empty() ? std::vector<double>{} : test::solve(compliance, moved);
     for (std::size_t n = 0; n < modes; ++n) {
       matrix[m * modes + n] = m == n ? model.frequency[m] * model.frequency[m] : 0.0;

@@ -115,6 +115,50 @@ TEST(ModalAccuracy, StepsKeepTheEnergyToTheirToleranceAndFindTheThirdLanding) {
   }
 }
 
+TEST(ModalAccuracy, RigidPointsScatterAtFivePlacesAndFiveNumbersOfModes) {
+  struct Place {
+    PetscInt node;  // of the left point, the other is its mirror image
+    double ends;    // lowest, by fine Moreau-Jean (docs/verification.md) [m]
+    double middle;
+    double rebound;  // [m/s]
+  };
+  constexpr std::array kPlaces{Place{29, -0.023134, -0.041828, 2.3789}, Place{31, -0.029555, -0.038177, 2.5747},
+                               Place{32, -0.032412, -0.036316, 2.9576}, Place{33, -0.034814, -0.034915, 2.9326},
+                               Place{35, -0.035418, -0.033094, 3.0169}};
+  constexpr std::array<PetscInt, 5> kModes{24, 26, 28, 30, 32};
+  std::array<double, 3> square{};
+  for (const Place& place : kPlaces) {
+    for (const PetscInt modes : kModes) {
+      std::vector<LinePoint> points(2);
+      points[0].node = place.node;
+      points[1].node = kElements - place.node;
+      const test::ModalFall fall{kElements, points, {.modes = modes, .retardation = 0.07}};
+      KernelSteps motion{fall.model.reduced(), 1e-4};
+      fall.start(motion);
+      std::vector<double> position(fall.beam.points().points());
+      std::vector<double> velocity(position.size());
+      double ends = 0.0;
+      double middle = 0.0;
+      for (int row = 1; row <= 500; ++row) {
+        while (motion.now().time < 1e-4 * row) {
+          motion.advance(1e-4 * row);
+        }
+        fall.model.expand(motion.now(), position, velocity);
+        ends = std::min(ends, position.front());
+        middle = std::min(middle, position[kElements / 2]);
+      }
+      const double rebound = fall.rebound(motion.now()) * test::kFallSpeed;
+      square[0] += std::pow(ends / place.ends - 1.0, 2) / 25.0;
+      square[1] += std::pow(middle / place.middle - 1.0, 2) / 25.0;
+      square[2] += std::pow(rebound / place.rebound - 1.0, 2) / 25.0;
+    }
+  }
+  // Found: 1.6, 0.5 and 3.4 %.
+  EXPECT_LT(std::sqrt(square[0]), 0.02);
+  EXPECT_LT(std::sqrt(square[1]), 0.01);
+  EXPECT_LT(std::sqrt(square[2]), 0.04);
+}
+
 TEST(ModalAccuracy, EveryModeKeepsItsFrequencyInFlight) {
   const test::ModalFall fall{kElements, {}, {.modes = 32}};
   const ReducedModel& model = fall.model.reduced();
