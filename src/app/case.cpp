@@ -98,11 +98,6 @@ CaseInput read_case(MPI_Comm comm) {
   input.output = read_output(comm);
   check_gauges(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
-  if (input.contact.contact.surface == ContactSurface::line && input.filter.exact.any()) {
-    throw InputError{
-        "options -filter_correct_modes and -filter_correct_mode are not for -contact_surface line: in these modes the "
-        "line is tied rigidly to the masses and would hit with them"};
-  }
   return input;
 }
 

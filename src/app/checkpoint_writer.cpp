@@ -1,5 +1,7 @@
 #include "app/checkpoint_writer.hpp"
 
+#include <petscsys.h>
+
 #include <cmath>
 #include <filesystem>
 
@@ -52,6 +54,13 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure
   };
   const io::PointOrder order{structure.points()};
   MotionState state = io::read_checkpoint(order, input.restart.file, accept);
+  if (!dynamics.goes_on_from(state.integrator)) {
+    UDAR_CALL(
+        PetscPrintf(order.comm(),
+                    "udar: '%s' was written by -ts_type %s: %s takes over masses and contact, and begins anew with "
+                    "what it keeps of its own\n",
+                    input.restart.file.c_str(), state.integrator.c_str(), dynamics.integrator().c_str()));
+  }
   dynamics.restore(state);
   return state;
 }

@@ -121,7 +121,7 @@ FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, cons
   return chosen;
 }
 
-std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact) {
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact, bool rigid) {
   const MPI_Comm comm = line.points().comm();
   const double wf = line.filter_frequency();
   const PetscInt last_named = exact.named.empty() ? 0 : std::ranges::max(exact.named);
@@ -161,13 +161,17 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
       corrected.push_back({.frequency = modes[i].frequency, .shape = std::move(modes[i].shape)});
     }
   }
+  for (auto& shape : rigid && !corrected.empty() ? rigid_shapes(line) : std::vector<std::vector<double>>{}) {
+    corrected.push_back({.frequency = 0.0, .shape = std::move(shape)});
+  }
   if (!corrected.empty()) {
-    const double before = largest_frequency(line);
+    const auto largest = [&line] { return largest_frequency(line).value_or(line.frequency_bound()); };
+    const double before = largest();
     line.correct(std::move(corrected));
     UDAR_CALL(PetscPrintf(comm,
                           "udar: largest frequency %.10g rad/s before, %.10g rad/s with %zu corrected modes, at most "
                           "%.10g rad/s; they cost %zu dot products and axpys a line solve and %zu bytes a node\n",
-                          before, largest_frequency(line), numbers.size(), line.frequency_bound(), numbers.size(),
+                          before, largest(), numbers.size(), line.frequency_bound(), numbers.size(),
                           numbers.size() * sizeof(double)));
   }
   return numbers;
@@ -175,7 +179,7 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
 
 std::vector<Mode> settle_modes(FilteredStructure& line, const Case& input) {
   std::vector<Mode> modes = modes_to_show(input, line);
-  for (const PetscInt number : correct_modes(line, input.exact)) {
+  for (const PetscInt number : correct_modes(line, input.exact, input.contact.surface == ContactSurface::line)) {
     if (number <= static_cast<PetscInt>(modes.size())) {
       modes[static_cast<std::size_t>(number - 1)].corrected = true;
     }

@@ -37,7 +37,8 @@ Case asked_case(MPI_Comm comm) {
 }
 
 /// All that is said before the first step.
-void introduce(const Case& input, FilteredStructure& line, const std::vector<Mode>& modes) {
+void introduce(const Case& input, Model& model, const std::vector<Mode>& modes) {
+  FilteredStructure& line = model.line;
   const SupportSprings springs = support_springs(line, input);
   if (input.view) {
     print_view(input, line, modes, springs);
@@ -45,6 +46,11 @@ void introduce(const Case& input, FilteredStructure& line, const std::vector<Mod
     print_echo(input, line, modes);
   }
   warn_of_implausible(input, line.structure());
+  if (!line.corrected_modes().empty() && model.equations.line_contact() != nullptr) {
+    UDAR_CALL(PetscPrintf(line.points().comm(),
+                          "udar: with the line on its supports no frequency is above %.10g rad/s\n",
+                          model.equations.frequency_bound()));
+  }
   print_warnings(input, line, modes, springs);
   warn_of_places(input, line.structure());
 }
@@ -107,7 +113,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (!input.write.empty()) {
     write_beam_matrices(*model.structure->chain(), input.write);
   }
-  introduce(input, model.line, modes);
+  introduce(input, model, modes);
 
   RunOutput output{input, model.line, dynamics, earlier ? &*earlier : nullptr};
   earlier.reset();

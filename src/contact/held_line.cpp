@@ -23,7 +23,7 @@ void HeldLine::assume(std::span<const std::uint8_t> touches) {
   }
 }
 
-void HeldLine::hold(std::span<const FilterColumn> columns, std::vector<double>& rows) {
+void HeldLine::hold(std::span<const FilterColumn> columns, std::span<double> amplitudes, std::vector<double>& rows) {
   const std::span<const LinePoint> points = contact_->points();
   contact_->gather(
       columns.size(),
@@ -35,9 +35,11 @@ void HeldLine::hold(std::span<const FilterColumn> columns, std::vector<double>& 
   Complementarity& problem = contact_->problem();
   problem.assume(active_);
   rows.resize(columns.size() * points.size());
+  const std::size_t modes = amplitudes.size() / columns.size();
   for (std::size_t k = 0; k < columns.size(); ++k) {
+    const std::span<double> amplitude = amplitudes.subspan(k * modes, modes);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      free_[i] = gap_[i * columns.size() + k];
+      free_[i] = gap_[i * columns.size() + k] - contact_->nearer(i, amplitude);
     }
     const std::span<double> row{rows.data() + k * points.size(), points.size()};
     problem.respond(free_, force_);
@@ -47,6 +49,7 @@ void HeldLine::hold(std::span<const FilterColumn> columns, std::vector<double>& 
     }
     const std::array<double*, 1> stretch{columns[k].stretch};
     contact_->add(force_, stretch, {});
+    contact_->add_amplitudes(force_, 0, 1, amplitude);
   }
 }
 

@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <optional>
+#include <sstream>
 #include <string>
+#include <utility>
 
+#include "udar/numerics/symmetric_eigen.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/log.hpp"
 
@@ -65,6 +70,16 @@ void refuse_what_masses_need(const Support& support, bool filtered) {
   }
 }
 
+void refuse_many_tied(const FilteredStructure& line, std::size_t dense_points) {
+  if (!line.corrected_modes().empty()) {
+    throw InputError{
+        "filter correct modes: not allowed with more than " + std::to_string(dense_points) +
+        " contact points of the line under a support or " + std::to_string(kDenseInAll) +
+        " in all, expected 0: forces of so many points are found by springs in the filter's place, which know no "
+        "corrected modes; choose narrower supports, fewer elements, or `contact surface` mass"};
+  }
+}
+
 }  // namespace
 
 std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& contacts) {
@@ -99,13 +114,13 @@ std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& con
   return all;
 }
 
-LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points) : line_{&line} {
+LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points)
+    : line_{&line}, dense_{!are_many(contacts, dense_points)} {
   const MassPoints& points = line.points();
   for (const Support& support : contacts.supports) {
     refuse_what_masses_need(support, line.parameters().filtered());
   }
-  const bool many = are_many(contacts, dense_points);
-  points_ = many ? own_points(points, contacts) : line_points(points, contacts);
+  points_ = dense_ ? line_points(points, contacts) : own_points(points, contacts);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points.owns(points_[i].node)) {
       mine_.push_back(i);
@@ -114,10 +129,86 @@ LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std:
   zero_.assign(line.mass().size(), 0.0);
   gap_.resize(points_.size());
   force_.resize(points_.size());
-  if (many) {
-    many_ = std::make_unique<ObstacleForces>(line, points_);
-  } else {
+  bound_ = line.frequency_bound();
+  if (!dense_) {
+    refuse_many_tied(line, dense_points);
+  }
+  if (line.parameters().filtered()) {
+    make_ready();
+  }
+}
+
+void LineContact::make_ready() {
+  if (dense_ && !problem_) {
+    tie_modes();
     compute_compliance();
+  } else if (!dense_ && many_ == nullptr) {
+    many_ = std::make_unique<ObstacleForces>(*line_, points_);
+  }
+}
+
+void LineContact::tie_modes() {
+  const auto modes = line_->corrected_modes();
+  gather(
+      modes.size(),
+      [&](std::size_t point, std::size_t mode) { return points_[point].side * modes[mode].shape[local(point)]; }, tie_);
+}
+
+double LineContact::nearer(std::size_t point, std::span<const double> amplitude) const {
+  double sum = 0.0;
+  for (std::size_t mode = 0; mode < amplitude.size(); ++mode) {
+    sum += tie_[point * amplitude.size() + mode] * amplitude[mode];
+  }
+  return sum;
+}
+
+/// In these modes wf^2 times the stretch is the force itself.
+void LineContact::add_amplitudes(std::span<const double> force, std::size_t column, std::size_t columns,
+                                 std::span<double> amplitude) const {
+  const double wf2 = line_->filter_frequency() * line_->filter_frequency();
+  for (std::size_t point = 0; point < points_.size() && !amplitude.empty(); ++point) {
+    const double pull = force[point * columns + column] / wf2;
+    for (std::size_t mode = 0; mode < amplitude.size(); ++mode) {
+      amplitude[mode] += pull * tie_[point * amplitude.size() + mode];
+    }
+  }
+}
+
+/// The tied modes are no part of what the line gives way by: contact makes their frequencies higher, those of the
+/// filter's masses at the most what wf is, and couples both.
+void LineContact::bound_frequency(const std::vector<double>& closed) {
+  const auto modes = line_->corrected_modes();
+  const std::size_t count = points_.size();
+  if (modes.empty() || count == 0) {
+    return;
+  }
+  std::vector<double> tied(count * count, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < count; ++j) {
+      for (std::size_t mode = 0; mode < modes.size(); ++mode) {
+        tied[i * count + j] += tie_[i * modes.size() + mode] * tie_[j * modes.size() + mode];
+      }
+    }
+  }
+  const std::optional<double> found = largest_of_pencil(std::move(tied), closed, count);
+  const double added = found ? std::max(*found, 0.0) : std::numeric_limits<double>::infinity();
+  const double wf2 = line_->filter_frequency() * line_->filter_frequency();
+  double last = 0.0;
+  for (const CorrectedMode& mode : modes) {
+    last = std::max(last, mode.frequency);
+  }
+  const double held = last * last + added;
+  const double open = bound_;
+  bound_ = std::sqrt(0.5 * (held + wf2) + std::sqrt(0.25 * (held - wf2) * (held - wf2) + added * wf2));
+  constexpr double kStiffest = 4.0;  // as for -ts_type modal
+  if (!(bound_ <= kStiffest * open)) {
+    std::ostringstream message;
+    message << "filter correct modes: " << std::ranges::count_if(modes, [](auto& mode) { return mode.frequency > 0.0; })
+            << " are not allowed with these supports and `contact surface` line, contact could swing at " << bound_
+            << " rad/s where " << open
+            << " is the highest frequency without: contact points are too close for the line to give way beside the "
+               "corrected modes; give `support stiffness`, fewer points under a support, or fewer corrected modes";
+    throw InputError{message.str()};
   }
 }
 
@@ -139,7 +230,7 @@ void LineContact::compute_compliance() {
     line_->solve({asked.data(), columns});
     for (std::size_t k = 0; k < columns; ++k) {
       for (const std::size_t i : mine_) {
-        compliance[i * count + from + k] = points_[i].side * response[k][local(i)];
+        compliance[i * count + from + k] = points_[i].side * response[k][local(i)] - nearer(i, line_->amplitudes(k));
       }
       if (is_mine(from + k)) {
         load[k][local(from + k)] = 0.0;
@@ -155,6 +246,7 @@ void LineContact::compute_compliance() {
     }
     compliance[i * count + i] += points_[i].yield(line_->parameters());
   }
+  bound_frequency(compliance);
   problem_.emplace(std::move(compliance), count);
 }
 
@@ -236,17 +328,18 @@ void LineContact::add(std::span<const double> force, std::span<double* const> st
 }
 
 bool LineContact::apply(double time, std::span<const double> mass_position, std::span<double> stretch,
-                        std::span<double> moment) {
+                        std::span<double> amplitude, std::span<double> moment) {
   gather(
       1, [&](std::size_t point, std::size_t /*field*/) { return mass_position[local(point)] + stretch[local(point)]; },
       gap_);
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    gap_[i] = points_[i].side * (gap_[i] - points_[i].height - points_[i].lift(time).height);
+    gap_[i] = points_[i].side * (gap_[i] - points_[i].height - points_[i].lift(time).height) - nearer(i, amplitude);
   }
   const bool in_contact = solve(gap_, force_);
   const std::array<double*, 1> line{stretch.data()};
   const std::array<double*, 1> bending{moment.data()};
   add(force_, line, moment.empty() ? std::span<double* const>{} : std::span<double* const>{bending});
+  add_amplitudes(force_, 0, 1, amplitude);
   return in_contact;
 }
 

@@ -92,15 +92,17 @@ ImpactDynamics::ImpactDynamics(Model& model)
       problem_{.equations = &model.equations,
                .contact = &contact_,
                .contacts = &model.contacts,
-               .scale = motion_scale(model.equations, model.initial, model.contacts.sets, asked_end_time())},
+               .scale = motion_scale(model.equations, model.initial, model.contacts.sets, asked_end_time()),
+               .kinks = &kinks_},
       contact_{model.structure->points(), model.contacts, with_defaults(model.contact, problem_.scale)},
       kinks_{model.loads, model.contacts.supports},
       balance_{model.equations, contact_, kinks_},
       state_{place_masses(model.initial)},
       stepping_{configure_stepping(problem_, state_)},
       schedule_{stepping_.end_time},
-      standstill_{model.line.frequency_bound()} {
-  refuse_hops_without_length(contact_.parameters(), problem_.scale, model.line.frequency_bound(), stepping_.end_time);
+      standstill_{model.equations.frequency_bound()} {
+  refuse_hops_without_length(contact_.parameters(), problem_.scale, model.equations.frequency_bound(),
+                             stepping_.end_time);
   UDAR_CALL(TSSetApplicationContext(stepping_.ts, this));
   UDAR_CALL(TSSetPostStep(stepping_.ts, post_step_callback));
 }
@@ -279,12 +281,14 @@ void ImpactDynamics::start() {
 /// The rows at t = 0, and the masses that start on a support.
 void ImpactDynamics::settle_at_start() {
   UDAR_CALL(TSGetTime(stepping_.ts, &time_));
+  stepping_.integrator->settle();
   LineState line;
   {
     const ReadArray state{state_};
     const std::span<const double> position{state.values(), count()};
     model_->equations.evaluate(time_, position, line, true);
-    balance_.start(line, position, {state.values() + count(), count()});
+    stepping_.integrator->start(line);
+    balance_.start({.time = time_, .step_begin = time_, .line = line, .masses = masses()}, *stepping_.integrator);
     const std::vector<double> stretch = model_->equations.line_stretch(line);
     for (const ContactSet& set : model_->contacts.sets) {
       for (std::size_t node = set.first; node < set.last; ++node) {
@@ -293,7 +297,6 @@ void ImpactDynamics::settle_at_start() {
       }
     }
   }
-  stepping_.integrator->start(line);
   emit_snapshots(time_);
   UDAR_CALL(TSGetTimeStep(stepping_.ts, &wanted_step_));
   const double wf = model_->line.filter_frequency();
@@ -439,6 +442,7 @@ MotionState ImpactDynamics::save() const {
   MassState now = masses();
   saved.fields["mass_position"] = std::move(now.position);
   saved.fields["mass_velocity"] = std::move(now.velocity);
+  saved.integrator = stepping_.name();
   saved.scalars = {{"time", time_},
                    {"last_row_time", last_row_time_},
                    {"wanted_step", wanted_step_},
@@ -450,6 +454,17 @@ MotionState ImpactDynamics::save() const {
     observer->save(saved);
   }
   return saved;
+}
+
+/// From another integrator.
+void ImpactDynamics::take_over() {
+  UDAR_CALL(TSGetTimeStep(stepping_.ts, &wanted_step_));
+  LineState line;
+  {
+    const ReadArray state{state_};
+    model_->equations.evaluate(time_, {state.values(), count()}, line);
+  }
+  stepping_.integrator->take_over(line);
 }
 
 void ImpactDynamics::restore(const MotionState& state) {
@@ -465,7 +480,11 @@ void ImpactDynamics::restore(const MotionState& state) {
   balance_.restore(state);
   restore_contact(state, count(), contact_);
   UDAR_CALL(TSSetTime(stepping_.ts, time_));
-  stepping_.integrator->restore(state);
+  if (stepping_.goes_on_from(state.integrator)) {
+    stepping_.integrator->restore(state);
+  } else {
+    take_over();
+  }
   phase_ = Phase::restored;
 }
 

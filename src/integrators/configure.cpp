@@ -180,6 +180,18 @@ void register_integrators() {
   }
 }
 
+std::string Stepping::name() const {
+  TSType type = nullptr;
+  UDAR_CALL(TSGetType(ts, &type));
+  return type;
+}
+
+/// PETSc's own types keep what is around them, whichever it is.
+bool Stepping::goes_on_from(std::string_view writer) const {
+  const IntegratorType* type = type_of(writer);
+  return writer.empty() || writer == name() || (around != nullptr && type != nullptr && type->enroll == nullptr);
+}
+
 Features needed_features(const ImpactProblem& problem) {
   const Equations& equations = *problem.equations;
   Features needed{equations.filtered() ? Feature::filtered : Feature::unfiltered};
@@ -205,7 +217,7 @@ Stepping configure_stepping(const ImpactProblem& problem, Vec state) {
   UDAR_CALL(TSSetProblemType(ts, TS_NONLINEAR));
   register_integrators();
   compose_problem(ts, problem);
-  set_options(ts, default_type(problem, needed), problem.equations->line().frequency_bound());
+  set_options(ts, default_type(problem, needed), problem.equations->frequency_bound());
   UDAR_CALL(TSSetSolution(ts, state));
   stepping.end_time = end_time_of(ts);
   stepping.tolerance = step_tolerance(ts, problem.scale);

@@ -61,7 +61,7 @@ std::vector<double> bessel(double z, std::size_t pairs) {
 FreeMotion::FreeMotion(FilteredStructure& line, HeldLine* held)
     : line_{&line},
       held_{held},
-      bound_{line.frequency_bound()},
+      bound_{held != nullptr ? held->contact().frequency_bound() : line.frequency_bound()},
       gain_{line.filter_frequency() * line.filter_frequency() / (bound_ * bound_)},
       count_{line.mass().size()} {}
 
@@ -174,12 +174,18 @@ void FreeMotion::answer() {
     columns[s] = {.displacement = stored_[s][terms_ - 1].data(), .stretch = stretch_[s].data()};
   }
   line_->solve({columns.data(), sequences_});
+  const std::size_t modes = line_->corrected_modes().size();
+  std::vector<double> amplitudes;
   for (std::size_t s = 0; s < sequences_; ++s) {
-    const std::span<const double> amplitudes = line_->amplitudes(s);
-    amplitudes_[s].insert(amplitudes_[s].end(), amplitudes.begin(), amplitudes.end());
+    const std::span<const double> of = line_->amplitudes(s);
+    amplitudes.insert(amplitudes.end(), of.begin(), of.end());
   }
   if (held_ != nullptr) {
-    held_->hold({columns.data(), sequences_}, rows_.emplace_back());
+    held_->hold({columns.data(), sequences_}, amplitudes, rows_.emplace_back());
+  }
+  for (std::size_t s = 0; s < sequences_; ++s) {
+    const auto from = amplitudes.begin() + static_cast<std::ptrdiff_t>(s * modes);
+    amplitudes_[s].insert(amplitudes_[s].end(), from, from + static_cast<std::ptrdiff_t>(modes));
   }
   answered_ = terms_;
 }

@@ -30,7 +30,9 @@ void LineContactRecord::track(const StepMotion& motion) {
       contact_->journal().record_contact_time(node, {start.time, end.time});
     }
     const double line = motion.end().values[node] + end.stretch[node];
-    contact_->record_gap(point.side * (line - point.height - point.lift(end.time).height), node, end.time);
+    contact_->record_gap(
+        point.side * (line - point.height - point.lift(end.time).height) - contact.nearer(i, end.amplitude), node,
+        end.time);
   }
   if (start.in_contact || end.in_contact || halfway.in_contact) {
     contact_->journal().record_line_contact(

@@ -85,8 +85,8 @@ void LineForces::apply() {
       [&](std::size_t point, std::size_t j) {
         const std::size_t node = contact_->local(point);
         const bool steady = j < 2 && !sweep_->series.steady[j].empty();
-        return sweep_->series.rows[j][node] + sweep_->moment(j, node) +
-               (steady ? sweep_->series.steady[j][node] : 0.0) + (j == 0 ? sweep_->start[node] : 0.0);
+        return sweep_->line(j, node) + sweep_->moment(j, node) + (steady ? sweep_->series.steady[j][node] : 0.0) +
+               (j == 0 ? sweep_->start[node] : 0.0);
       },
       free_gap_);
   for (std::size_t i = 0; i < count; ++i) {
@@ -136,6 +136,14 @@ void LineForces::apply() {
     line[j] = sweep_->series.rows[j].data();
   }
   contact_->add(force_, {line.data(), terms}, {});
+  std::vector<double> amplitude(sweep_->series.amplitude.size());
+  for (std::size_t j = 0; j < terms && !amplitude.empty(); ++j) {
+    std::ranges::fill(amplitude, 0.0);
+    contact_->add_amplitudes(force_, j, terms, amplitude);
+    for (std::size_t mode = 0; mode < amplitude.size(); ++mode) {
+      sweep_->series.amplitude[mode][j] += amplitude[mode];
+    }
+  }
 }
 
 void LineForces::locate_kinks() {
@@ -300,17 +308,27 @@ double LineForces::first_change(const Active& active, double from, double to) co
   return from + direction * first;
 }
 
-/// Where a support gives way the line's slope jumps by less than that of its gap, which is from the face.
+/// Where a support gives way the line's slope jumps by less than that of its gap, which is from the face. What pulls
+/// the masses jumps by what forces do in corrected modes besides.
 void LineForces::add_kink(const Active& before, const Active& after, double tau) {
   const std::size_t terms = sweep_->terms;
   std::vector<double> gap_before;
   std::vector<double> gap_after;
+  std::vector<double> force_before;
   std::vector<double> force;
-  motion(before, gap_before, force);
+  motion(before, gap_before, force_before);
   motion(after, gap_after, force);
+  std::vector<double> turn(force.size() / terms);
+  for (std::size_t i = 0; i < turn.size(); ++i) {
+    for (std::size_t j = 1; j < terms; ++j) {
+      turn[i] += (force[i * terms + j] - force_before[i * terms + j]) * legendre_slope(j, tau);
+    }
+  }
+  std::vector<double> amplitude(sweep_->series.amplitude.size());
+  contact_->add_amplitudes(turn, 0, 1, amplitude);
   double jump = 0.0;
   for (std::size_t i = 0; i < gap_.size(); ++i) {
-    double slope = 0.0;
+    double slope = contact_->nearer(i, amplitude);
     for (std::size_t j = 1; j < terms; ++j) {
       slope += (gap_after[i * terms + j] - gap_before[i * terms + j]) * legendre_slope(j, tau);
     }

@@ -279,7 +279,7 @@ double LocatedSteps::end_step() {
         "the motion is no longer finite after t = " + std::to_string(begin) +
         " s; the time step is too long for `filter frequency` (see -ts_dt, -ts_adapt_type) or a load is not finite"};
   }
-  if (scale_.grow(-earliest[2], equations_->line().frequency_bound())) {
+  if (scale_.grow(-earliest[2], equations_->frequency_bound())) {
     set_absolute_tolerance();
   }
   event_ = event_time <= time;
@@ -329,6 +329,19 @@ void LocatedSteps::apply_events() {
 void LocatedSteps::start(const LineState& line) {
   motion_.end().line = line;
   begin_step();
+}
+
+void LocatedSteps::take_over(const LineState& line) {
+  const ReadArray now{state_};
+  for (const ContactSet& set : contact_->sets()) {
+    const SupportMotion::State lift = set.lift(line.time);
+    for (std::size_t node = set.first; node < set.last && set.elastic(); ++node) {
+      const double gap = set.side * (now.values()[node] - set.height(node) - lift.height);
+      const double rate = set.side * (now.values()[count_ + node] - lift.velocity);
+      motion_.touches().at(set, node) = ElasticTouch::found(gap, set.stiffness * gap + set.damping * rate);
+    }
+  }
+  start(line);
 }
 
 void LocatedSteps::begin_step() {

@@ -46,9 +46,10 @@ void ProblemIntegrator::set_up(TS stepper) {
   equations_ = problem->equations;
   contact_ = problem->contact;
   contacts_ = problem->contacts;
+  kinks_ = problem->kinks;
   scale_ = problem->scale;
   wf_ = equations_->line().filter_frequency();
-  highest_ = equations_->line().frequency_bound();
+  highest_ = equations_->frequency_bound();
   tolerance_ = step_tolerance(stepper, scale_);
   count_ = equations_->line().mass().size();
   UDAR_CALL(TSGetSolution(stepper, &state_));

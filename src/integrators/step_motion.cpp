@@ -234,6 +234,12 @@ void StepMotion::masses(double time, std::span<double> position, std::span<doubl
   }
 }
 
+/// What a mass gained, and what dampers of the masses took [m/s].
+double StepMotion::pull_of_line(const StepPolynomial& motion, double theta) const {
+  return motion.velocity(theta) - motion.velocity(0.0) +
+         damping_.mass * (motion.position(theta) - motion.position(0.0));
+}
+
 double StepMotion::line_integral(std::size_t node, double until) const {
   const double length = this->length();
   const double elapsed = until - begin();
@@ -249,8 +255,7 @@ double StepMotion::line_integral(std::size_t node, double until) const {
   }
   const StepPolynomial motion = polynomial(node);
   // By the line: what the mass gained, without what dampers took and supports gave.
-  double pulled =
-      motion.velocity(theta) - motion.velocity(0.0) + damping_.mass * (motion.position(theta) - motion.position(0.0));
+  double pulled = pull_of_line(motion, theta);
   if (damping_.stiffness != 0.0) {
     const StepPolynomial line = stretch_polynomial(node);
     pulled -=
@@ -263,6 +268,7 @@ double StepMotion::line_integral(std::size_t node, double until) const {
 }
 
 /// In a mode wf^2 times the amplitude is f - w^2 q: the integrals of the loads, linear in a step, and of the masses.
+/// What holds the line is no load, but then the line alone pulls the masses.
 std::vector<double> StepMotion::amplitude_integrals(double until) const {
   const FilteredStructure& line = equations_->line();
   std::vector<double> integrals(line.corrected_modes().size());
@@ -271,6 +277,17 @@ std::vector<double> StepMotion::amplitude_integrals(double until) const {
   }
   const double length = this->length();
   const double elapsed = std::min(until - begin(), length);
+  if (contact_->on_line()) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double pulled = pull_of_line(polynomial(i), elapsed / length) / wf2_;
+      for (std::size_t mode = 0; mode < integrals.size(); ++mode) {
+        integrals[mode] += line.mass()[i] * line.corrected_modes()[mode].shape[i] * pulled;
+      }
+    }
+    MPI_Allreduce(MPI_IN_PLACE, integrals.data(), static_cast<int>(integrals.size()), MPI_DOUBLE, MPI_SUM,
+                  equations_->points().comm());
+    return integrals;
+  }
   std::vector<double> work;
   std::vector<double> given(count_);  // integral of F
   for (const double end : {0.0, 1.0}) {

@@ -143,11 +143,16 @@ void SweptLine::save(MotionState& state) const {
   state.scalars["line_step"] = polynomial_step_;
 }
 
+/// Of a run with fewer moments the last are zero: no more than a guess depends on them.
 void SweptLine::restore(const MotionState& state) {
   for (std::size_t j = 0; j < sweep_->terms; ++j) {
-    sweep_->series.rows[j] = state.field("line_" + std::to_string(j), sweep_->count);
+    const auto term = [&](const char* series) {
+      const std::string name = series + std::to_string(j);
+      return state.fields.contains(name) ? state.field(name, sweep_->count) : std::vector<double>(sweep_->count);
+    };
+    sweep_->series.rows[j] = term("line_");
     if (damps_by_rate()) {
-      sweep_->series.rates[j] = state.field("line_rate_" + std::to_string(j), sweep_->count);
+      sweep_->series.rates[j] = term("line_rate_");
     }
   }
   polynomial_step_ = state.scalar("line_step");

@@ -30,8 +30,14 @@ TouchingPoints::TouchingPoints(Equations& equations, ContactState& contact, cons
   const auto points = line.points();
   line.gather(
       1, [&](std::size_t i, std::size_t /*field*/) { return points[i].side * line.response(i)[line.local(i)]; }, give_);
+  std::vector<double> force(points.size(), 0.0);
+  std::vector<double> amplitude(equations.line().corrected_modes().size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    give_[i] += points[i].compliance;
+    std::ranges::fill(force, 0.0);
+    std::ranges::fill(amplitude, 0.0);
+    force[i] = 1.0;
+    line.add_amplitudes(force, 0, 1, amplitude);
+    give_[i] += points[i].compliance - line.nearer(i, amplitude);
     resolution_.push_back(kZeroShare * (scale.length + std::abs(points[i].height)));
   }
   for (Status* status : {&now_, &next_}) {
@@ -52,13 +58,13 @@ void TouchingPoints::gather_gaps(const LineState& line, std::span<const double> 
       },
       gap_);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    gap_[i] += points[i].compliance * line.contact_force[i];
+    gap_[i] += points[i].compliance * line.contact_force[i] - contact.nearer(i, line.amplitude);
   }
 }
 
-/// Of the free line, where its stretch has this rate and the masses this velocity.
-std::vector<double> TouchingPoints::gap_rates_of(std::span<const double> velocity,
-                                                 std::span<const double> stretch) const {
+/// Of the free line, where its stretch and the amplitudes of it have these rates and the masses this velocity.
+std::vector<double> TouchingPoints::gap_rates_of(std::span<const double> velocity, std::span<const double> stretch,
+                                                 std::span<const double> amplitude) const {
   const LineContact& contact = held_.contact();
   std::vector<double> rates;
   contact.gather(
@@ -68,6 +74,9 @@ std::vector<double> TouchingPoints::gap_rates_of(std::span<const double> velocit
         return contact.points()[i].side * ((velocity.empty() ? 0.0 : velocity[node]) + stretch[node]);
       },
       rates);
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    rates[i] -= contact.nearer(i, amplitude);
+  }
   return rates;
 }
 
@@ -94,12 +103,12 @@ void TouchingPoints::start(const LineState& line, std::span<const double> positi
   std::vector<double> stretch(line.stretch.size());
   const auto rates_of = [&](std::span<const double> moved) {
     equations_->line().solve(moved, {}, stretch, {});
-    return gap_rates_of(moved, stretch);
+    return gap_rates_of(moved, stretch, equations_->line().amplitudes());
   };
   std::vector<double> rates = rates_of(velocity);
   const LoadRate& loads = equations_->load_rate(line.time);
   if (!loads.stretch.empty()) {
-    const std::vector<double> by_loads = gap_rates_of({}, loads.stretch);
+    const std::vector<double> by_loads = gap_rates_of({}, loads.stretch, loads.amplitude);
     std::ranges::transform(rates, by_loads, rates.begin(), std::plus{});
   }
   follow(rates, rates_of(acceleration));
@@ -119,7 +128,7 @@ void TouchingPoints::follow(std::span<const double> rates, std::span<const doubl
   next_.touches = held_.contact().problem().follow(next_.touches, due, still ? accelerations : rates);
 }
 
-void TouchingPoints::begin_step(const LineState& line, std::span<const double> position, std::span<double> rate) {
+void TouchingPoints::begin_step(const LineState& line, std::span<const double> position, LoadRate& rate) {
   begin_ = line.time;
   now_ = next_;
   held_.assume(now_.touches);
@@ -128,13 +137,13 @@ void TouchingPoints::begin_step(const LineState& line, std::span<const double> p
     constant_[i] = now_.due[i] != 0 ? 0.0 : now_.touches[i] != 0 ? line.contact_force[i] : gap_[i];
   }
   std::ranges::fill(zero_at_, kNever);
-  if (rate.empty()) {
+  if (rate.stretch.empty()) {
     return;
   }
-  load_rate_ = gap_rates_of({}, rate);
-  const std::vector<double> none(rate.size(), 0.0);
-  const FilterColumn column{.displacement = none.data(), .force = nullptr, .stretch = rate.data()};
-  held_.hold({&column, 1}, steady_);
+  load_rate_ = gap_rates_of({}, rate.stretch, rate.amplitude);
+  const std::vector<double> none(rate.stretch.size(), 0.0);
+  const FilterColumn column{.displacement = none.data(), .force = nullptr, .stretch = rate.stretch.data()};
+  held_.hold({&column, 1}, rate.amplitude, steady_);
 }
 
 /// A row that begins at zero does not fall there but by rounding.
@@ -158,7 +167,7 @@ double TouchingPoints::guess(const FreeMotion& motion) const {
 }
 
 double TouchingPoints::search(const FreeMotion& motion, double from, double to) {
-  SeriesGrid grid{motion, from, to, equations_->line().frequency_bound()};
+  SeriesGrid grid{motion, from, to, equations_->frequency_bound()};
   const double resolution = time_resolution(begin_ + to);
   for (std::size_t i = 0; i < constant_.size(); ++i) {
     const auto value = [&](const SeriesSample& at) { return row(motion, i, at); };
@@ -191,7 +200,7 @@ void TouchingPoints::end_step(const FreeMotion& motion, double length) {
   held_.free_rates(bend, accelerations);
   const LoadRate& loads = equations_->load_rate(begin_ + length);
   if (!loads.stretch.empty()) {  // they may have a kink there
-    const std::vector<double> after = gap_rates_of({}, loads.stretch);
+    const std::vector<double> after = gap_rates_of({}, loads.stretch, loads.amplitude);
     for (std::size_t i = 0; i < rates.size(); ++i) {
       rates[i] += after[i] - load_rate_[i];
     }
@@ -244,7 +253,7 @@ void TouchingPoints::track_gaps(const FreeMotion& motion, double length) {
     }
     if (samples.empty()) {
       samples = samples_between(motion, 0.0, length,
-                                parts_of(motion, length, kFine / kCoarse * equations_->line().frequency_bound()));
+                                parts_of(motion, length, kFine / kCoarse * equations_->frequency_bound()));
     }
     for (const SeriesSample& at : samples) {
       const double value = std::max(0.0, row(motion, i, at).position);

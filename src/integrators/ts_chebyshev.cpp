@@ -193,12 +193,12 @@ class Chebyshev final : public ProblemIntegrator {
       acceleration_[i] = wf_ * wf_ * line_.stretch[i];
     }
     amplitude_ = line_.amplitude;
-    const LoadRate& rate = equations_->load_rate(begin_);
-    amplitude_rate_ = rate.amplitude;
-    jerk_ = rate.stretch;
+    LoadRate rate = equations_->load_rate(begin_);
     if (points_) {
-      points_->begin_step(line_, {start_, count_}, jerk_);
+      points_->begin_step(line_, {start_, count_}, rate);
     }
+    amplitude_rate_ = std::move(rate.amplitude);
+    jerk_ = std::move(rate.stretch);
     for (double& value : jerk_) {
       value *= wf_ * wf_;
     }

@@ -10,6 +10,7 @@
 
 #include "udar/integrators/line_forces.hpp"
 #include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/rigid_flight.hpp"
 #include "udar/integrators/sweep.hpp"
 #include "udar/integrators/sweep_tally.hpp"
 #include "udar/integrators/swept_line.hpp"
@@ -69,12 +70,15 @@ class Impact final : public ProblemIntegrator {
     UDAR_CALL(TSGetTimeStep(ts_, &step));
     const ReadArray now{state_};
     line_->start(line, *contact_, now.values() + count_, std::min(step, longest_));
+    may_fly_ = true;
     ProblemIntegrator::begin_step();
   }
 
   /// After a step the line's motion counts from the new positions.
   void begin_step() override {
-    if (stepped_) {
+    if (flight_->flies()) {
+      end_flight();
+    } else if (stepped_) {
       line_->begin_step(length_);
       touching_->release_memory();
     }
@@ -83,6 +87,15 @@ class Impact final : public ProblemIntegrator {
 
   bool advance() override {
     double step = enter_step(longest_);
+    if (takes_off()) {
+      {
+        const petsc::WriteArray end{state_};
+        flight_->at(flight_->length(), {end.values(), count_}, {end.values() + count_, count_});
+      }
+      leave_step(flight_->length(), next_step_);
+      flight_->track_line();
+      return true;
+    }
     note_scale();
     if (damps_by_rate()) {
       line_->solve_start();
@@ -106,13 +119,13 @@ class Impact final : public ProblemIntegrator {
         const double cut = settled ? heavy_impact() * step : 0.0;
         if (cut > kShortestCut * step && cut < kLongestCut * step) {
           next = cut;
-          ++cuts_;
+          ++counts_.cuts;
         }
         step = next;
       }
     }
     next_step_ = std::min(next, longest_);
-    ++own_steps_;
+    ++counts_.steps;
     leave_step(step, next_step_);
     const petsc::LogScope contact{petsc::log_events().contact};
     touching_->write_journal();
@@ -134,8 +147,8 @@ class Impact final : public ProblemIntegrator {
     PetscInt rejected = 0;
     UDAR_CALL(TSGetStepRejections(stepper, &rejected));
     UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, sweeps %d, rejected %d, cut at impacts %d\n",
-                                     static_cast<int>(steps()), static_cast<int>(sweeps_), static_cast<int>(rejected),
-                                     static_cast<int>(cuts_)));
+                                     static_cast<int>(steps()), static_cast<int>(counts_.sweeps),
+                                     static_cast<int>(rejected), static_cast<int>(counts_.cuts)));
   }
 
   [[nodiscard]] double next_step() const override { return next_step_; }
@@ -144,15 +157,21 @@ class Impact final : public ProblemIntegrator {
     if (!stepped_) {
       return 0.0;
     }
+    if (flight_->flies()) {
+      return flight_->line_integral(std::clamp(until - begin_, 0.0, length_), node);
+    }
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
     return length_ * tau * (start_[node] + line_->mean_stretch(node, tau));
   }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
+    if (flight_->flies()) {
+      return flight_->amplitude_integrals(std::clamp(until - begin_, 0.0, length_));
+    }
     return line_->amplitude_integrals(stepped_ ? std::clamp((until - begin_) / length_, 0.0, 1.0) : 0.0, length_);
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
-    if (!stepped_) {
+    if (!stepped_ || flight_->flies()) {
       return {};
     }
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
@@ -163,7 +182,7 @@ class Impact final : public ProblemIntegrator {
   }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
-    return {{"sweeps", sweeps_}, {"steps_cut_at_impacts", cuts_}};
+    return {{"sweeps", counts_.sweeps}, {"steps_cut_at_impacts", counts_.cuts}};
   }
   [[nodiscard]] double streamed_bytes() const override {
     const auto m = static_cast<double>(sweep_.terms);
@@ -173,22 +192,27 @@ class Impact final : public ProblemIntegrator {
     }
     // A sweep: moments and line read and written; steady part, position, velocity, axis read; ends written. To
     // predict: the line twice, moments written. A step: the state copied, its size, the line counted anew.
-    double per_node = 8.0 * ((4.0 * m + 6.0) * sweeps_ + (4.0 * m + 3.0) * attempts_ + 11.0 * own_steps_);
+    double per_node =
+        8.0 * ((4.0 * m + 6.0) * counts_.sweeps + (4.0 * m + 3.0) * counts_.attempts + 11.0 * counts_.steps);
     // The line's rate by moments, stretches and both ends, and the drive by it and the line.
-    per_node += damps_by_rate() ? 8.0 * ((8.0 * m + 3.0) * sweeps_ + 6.0 * m * attempts_ + 3.0 * own_steps_) : 0.0;
+    per_node += damps_by_rate()
+                    ? 8.0 * ((8.0 * m + 3.0) * counts_.sweeps + 6.0 * m * counts_.attempts + 3.0 * counts_.steps)
+                    : 0.0;
     // Who rests, and the line's distance at the end.
-    const double per_contact_node = 4.0 * (sweeps_ + attempts_) + 8.0 * (m + 1.0) * own_steps_;
+    const double per_contact_node = 4.0 * (counts_.sweeps + counts_.attempts) + 8.0 * (m + 1.0) * counts_.steps;
     return per_node * static_cast<double>(count_) + per_contact_node * static_cast<double>(contact_nodes);
   }
   void save(MotionState& state) const override {
     line_->save(state);
     state.scalars["next_step"] = next_step_;
+    state.scalars["may_fly"] = may_fly_ ? 1.0 : 0.0;
     state.scalars["scale_length"] = scale_.length;
     state.scalars["scale_velocity"] = scale_.velocity;
   }
   void restore(const MotionState& state) override {
     line_->restore(state);
     next_step_ = state.scalar("next_step");
+    may_fly_ = state.scalars.contains("may_fly") && state.scalar("may_fly") != 0.0;
     scale_ = {.length = state.scalar("scale_length"), .velocity = state.scalar("scale_velocity")};
     ProblemIntegrator::begin_step();
   }
@@ -199,6 +223,37 @@ class Impact final : public ProblemIntegrator {
 
   /// Whether the line's rate drives the masses.
   [[nodiscard]] bool damps_by_rate() const { return sweep_.line_damping != 0.0; }
+
+  /// Whether the integrator may choose the length of a step as it likes.
+  [[nodiscard]] static bool steps_are_free(TSAdapt adapt) {
+    PetscBool fixed = PETSC_FALSE;
+    PetscBool limited = PETSC_FALSE;
+    UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(adapt), TSADAPTNONE, &fixed));
+    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-ts_adapt_dt_max", &limited));
+    return fixed == PETSC_FALSE && limited == PETSC_FALSE;
+  }
+
+  /// Whether the step at hand is a rigid flight: looked for where the motion starts, and where such a flight has ended
+  /// without touching anything.
+  [[nodiscard]] bool takes_off() {
+    if (!can_fly_ || !may_fly_ || contact_->counts().resting > 0) {
+      return false;
+    }
+    double last = 0.0;
+    UDAR_CALL(TSGetMaxTime(ts_, &last));
+    const double until = std::min(last, kinks_->after(begin_)) - begin_;
+    const bool flies = until > longest_ && flight_->begin(begin_, {start_, 2 * count_}, longest_, until);
+    may_fly_ = until <= longest_ || (flies && !flight_->touches());
+    next_step_ = flies && next_step_ == 0.0 ? longest_ : next_step_;
+    return flies;
+  }
+
+  /// The line goes on as in the last ordinary step of the flight.
+  void end_flight() {
+    const ReadArray now{state_};
+    line_->follow(now.values() + count_, longest_, [&](std::size_t i) { return flight_->acceleration(length_, i); });
+    flight_->end();
+  }
 
   void prepare() override {
     TSAdapt adapt = nullptr;
@@ -244,13 +299,26 @@ class Impact final : public ProblemIntegrator {
     sweep_.mass = equations_->line().mass();
     line_.emplace(*equations_, sweep_);
     touching_.emplace(sweep_, *contact_, equations_->line());
+    flight_.emplace(*equations_, *contact_, contacts_);
+    can_fly_ = kinks_ != nullptr && contacts_ != nullptr && !sweep_.damped() && steps_are_free(adapt);
     if (equations_->line_contact() != nullptr) {
       line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
     }
   }
-  void take_back() override { line_->take_back(); }
+  void take_back() override {
+    if (flight_->flies()) {
+      flight_->end();
+      may_fly_ = true;
+    } else {
+      line_->take_back();
+    }
+  }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
+    if (flight_->flies()) {
+      std::ranges::fill(resting, std::uint8_t{0});
+      return flight_->at(elapsed, position, velocity);
+    }
     const double tau = elapsed / length_;
     const DenseMap map = dense_map(sweep_.scale(), sweep_.terms, tau);
     for (std::size_t i = 0; i < count_; ++i) {
@@ -306,7 +374,7 @@ class Impact final : public ProblemIntegrator {
 
   /// Repeats solves and local motion until they agree; false if they do not.
   bool settle(double step) {
-    ++attempts_;
+    ++counts_.attempts;
     sweep_.begin = begin_;
     set_maps(step);
     if (line_forces_) {
@@ -322,7 +390,7 @@ class Impact final : public ProblemIntegrator {
       if (line_forces_) {
         line_forces_->tell(tally_);
       }
-      ++sweeps_;
+      ++counts_.sweeps;
       reduce_(tally_, equations_->points().comm());
       if (tally_.most[Tally::broken] != 0.0) {
         throw not_finite();
@@ -417,6 +485,9 @@ class Impact final : public ProblemIntegrator {
   std::optional<SweptLine> line_;
   std::optional<TouchingMasses> touching_;
   std::optional<LineForces> line_forces_;
+  std::optional<RigidFlight> flight_;
+  bool can_fly_ = false;
+  bool may_fly_ = false;  // nothing has touched or strained the structure since the start, but for what loads did
   double kink_integral_ = 0.0;
   double speed_ = 0.0;   // largest of this rank at the start of the step [m/s]
   double extent_ = 0.0;  // the same of the distance from the axis [m]
@@ -426,10 +497,12 @@ class Impact final : public ProblemIntegrator {
   TallyReduction reduce_;
   double next_step_ = 0.0;
   double error_ = 0.0;
-  PetscInt own_steps_ = 0;  // of this run; that of the TS goes on through a restart
-  PetscInt attempts_ = 0;
-  PetscInt sweeps_ = 0;
-  PetscInt cuts_ = 0;
+  struct Counts {  // of this run; the steps of the TS go on through a restart
+    PetscInt steps = 0;
+    PetscInt attempts = 0;
+    PetscInt sweeps = 0;
+    PetscInt cuts = 0;
+  } counts_;
 };
 
 }  // namespace

@@ -65,6 +65,7 @@ void write_content(Hdf5File& file, const PointOrder& order, const MotionState& s
   file.add_attribute("/", "format_version", kFormatVersion);
   file.add_attribute("/", "units", std::string{"SI: m, kg, s, N, J"});
   file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
+  file.add_attribute("/", "integrator", state.integrator);
   file.add_group(kParameters);
   for (const auto& [name, value] : state.parameters) {
     file.add_attribute(kParameters, name, value);
@@ -127,6 +128,9 @@ MotionState read_checkpoint(const PointOrder& order, const std::string& path,
   }
   if (accept) {
     accept(state.parameters);
+  }
+  if (file.has("/", "integrator")) {
+    state.integrator = file.read_text("/", "integrator");
   }
   const std::int64_t total = file.read_int("/", "nodes");
   file.agree(total == nodes.total,

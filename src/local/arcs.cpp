@@ -196,7 +196,7 @@ Mass mass_at_start(const Problem& problem) {
     const double gap = -side * stop.at;
     if (stop.present && stop.elastic() && gap < 0.0) {
       const double force = stop.stiffness * gap + stop.damping * side * (problem.velocity - stop.speed(0.0));
-      mass.touch[index] = ElasticTouch{force < 0.0 ? ElasticTouch::State::pressing : ElasticTouch::State::slack};
+      mass.touch[index] = ElasticTouch::found(gap, force);
     }
   }
   if (mass.resting >= 0) {

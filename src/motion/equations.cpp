@@ -70,9 +70,13 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_) {
-    state.in_contact = line_contact_->apply(at.time, mass_position, state.stretch, state.moment);
+    state.in_contact = line_contact_->apply(at.time, mass_position, state.stretch, state.amplitude, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
+}
+
+double Equations::frequency_bound() const {
+  return line_contact_ ? line_contact_->frequency_bound() : line_->frequency_bound();
 }
 
 void Equations::evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate) {

@@ -32,7 +32,7 @@ struct Cause {
 /// their springs do.
 Cause of_supports(const Equations& equations, std::span<const ContactSet> sets, double end) {
   const bool on_line = equations.filtered() && equations.line_contact() != nullptr;
-  const double wf = equations.line().frequency_bound();
+  const double wf = equations.frequency_bound();
   Cause cause;
   for (const ContactSet& set : sets) {
     if (!set.motion) {
@@ -88,7 +88,7 @@ Cause of_loads(Equations& equations, double end) {
   if (loads.kinks().empty()) {
     return cause;
   }
-  const double wf = equations.line().frequency_bound();
+  const double wf = equations.frequency_bound();
   std::vector<double> times{0.0};
   for (const double kink : loads.kinks()) {
     if (kink > 0.0 && kink < end) {
@@ -161,7 +161,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   const MassPoints& points = equations.points();
   const MassState masses = initial_masses(points, initial);
   refuse_absurd(points, masses, initial);
-  const double wf = equations.line().frequency_bound();
+  const double wf = equations.frequency_bound();
   enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, inputs };
   std::array<Cause, inputs> causes{};
   double drop = 0.0;  // largest distance from a support [m]

@@ -112,9 +112,17 @@ REFUSED = {
         {"beam_length": "10,10", "beam_gap": 1, "filter_correct_mode": 1, "support_position": None},
         ["-filter_correct_mode", "1", "2", "same frequency", "both or none"],
     ),
-    "corrects_under_line_contact": (
-        {"filter_correct_modes": 1, "contact_surface": "line"},
-        ["-filter_correct_modes", "-contact_surface line"],
+    "corrects_under_many_contact_points": (
+        {"filter_correct_modes": 1, "contact_surface": "line", "contact_line_dense_max": 0},
+        ["-filter_correct_modes", "more than 0 contact points", "-contact_surface mass"],
+    ),
+    "corrects_under_a_whole_floor": (
+        {"filter_correct_modes": 1, "contact_surface": "line", "floor": True, "support_position": None},
+        ["-filter_correct_modes", "too close", "-support_stiffness"],
+    ),
+    "corrects_modes_of_modes": (
+        {"filter_correct_modes": 1, "filter_frequency": None, "contact_surface": "line"},
+        ["-filter_correct_modes", "-ts_type modal"],
     ),
     "corrects_without_filter": (
         {"filter_correct_modes": 1, "filter_frequency": "none", "ts_dt": 1e-3},

@@ -51,7 +51,7 @@ struct LevelStep {
   /// Force that lifts the line by a metre at the support.
   [[nodiscard]] double stiffness() {
     std::vector<double> stretch(sweep.count, 0.0);
-    contact.apply(0.0, std::vector<double>(sweep.count, -1.0), stretch, {});
+    contact.apply(0.0, std::vector<double>(sweep.count, -1.0), stretch, {}, {});
     return contact.forces()[0];
   }
 };

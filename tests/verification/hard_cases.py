@@ -35,3 +35,4 @@ MODAL_LOADED = {  # every way in which modes are pushed and damped
     "initial_height": 0.6,
 }
 CORRECTED = {"filter_frequency": "auto", "filter_accuracy": 0.1, "filter_correct_mode": "1,3"}  # the third above wf
+CORRECTED_LINE = {**CORRECTED, "contact_surface": "line", "support_position": "2,8,8.5", "support_stiffness": 2e7}

@@ -52,7 +52,7 @@ struct Held {
     Result result{.stretch = free_stretch, .moment = {}, .force = {}};
     result.moment.assign(position.size(), 0.0);
     result.force.assign(position.size(), 0.0);
-    result.held = contact.apply(time, position, result.stretch, result.moment);
+    result.held = contact.apply(time, position, result.stretch, {}, result.moment);
     for (const std::size_t i : contact.mine()) {
       result.force[contact.local(i)] += contact.points()[i].side * contact.forces()[i];
     }

@@ -10,7 +10,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case
-from hard_cases import CORRECTED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION, MOVING_LINE, TOLERANCE
+from hard_cases import CORRECTED, CORRECTED_LINE, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
+from hard_cases import MOVING_LINE, TOLERANCE
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
@@ -71,6 +72,8 @@ CASES = {
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
+    "corrected_line": {**CORRECTED_LINE, "integrators": ("chebyshev", "impact")},
+    "corrected_line_by_rk": {**CORRECTED_LINE, "ts_adapt_type": "none", "ts_dt": 5e-4, "integrators": ("rk",)},
     "unfiltered_with_many": {
         "filter_frequency": "none",
         "ts_dt": 2e-4,

@@ -27,7 +27,7 @@ namespace udar::app {
 /// @return their numbers, counted from 1; empty: none
 /// @note Collective; printed by rank 0.
 /// @throws InputError if there is no such mode, or only one of two with the same frequency is asked for
-std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact);
+std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& exact, bool rigid = false);
 
 /// @brief Computes the lowest modes, six for `-udar_view`, else three, then corrects those asked for.
 /// @note Collective. @throws as `correct_modes`

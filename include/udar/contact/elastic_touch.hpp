@@ -28,6 +28,11 @@ class ElasticTouch {
   explicit ElasticTouch(State state, bool starts_at_zero = false) noexcept
       : state_{state}, starts_at_zero_{starts_at_zero} {}
 
+  /// @brief As gap and rate alone have it. @param force k g + c g'
+  [[nodiscard]] static ElasticTouch found(double gap, double force) noexcept {
+    return ElasticTouch{gap >= 0.0 ? State::open : force < 0.0 ? State::pressing : State::slack};
+  }
+
   [[nodiscard]] State state() const noexcept { return state_; }
   [[nodiscard]] bool closed() const noexcept { return state_ != State::open; }
   [[nodiscard]] bool pressing() const noexcept { return state_ == State::pressing; }

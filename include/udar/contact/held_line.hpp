@@ -33,8 +33,9 @@ class HeldLine {
 
   /// @brief Turns answers of the free line into those of the held one.
   /// @param columns how masses move [m] and the stretch of the free line [m]; the latter becomes that of the held one
+  /// @param[in,out] amplitudes of it in the corrected modes, by column, then mode
   /// @param[out] rows by column, then point @note Collective: one reduction.
-  void hold(std::span<const FilterColumn> columns, std::vector<double>& rows);
+  void hold(std::span<const FilterColumn> columns, std::span<double> amplitudes, std::vector<double>& rows);
   /// Rates of the free line's gaps at the points from those of the rows.
   void free_rates(std::span<const double> rows, std::span<double> gaps);
 

@@ -34,13 +34,17 @@ class LineContact {
   static constexpr std::size_t kDensePoints = 100;
 
   /// @param dense_points more contact points than these under one support are many
-  /// @note Collective: few points, a line solve for each and one reduction.
-  /// @throws InputError as `ObstacleForces` for many, and for supports that yield or are damped
+  /// @note Collective: with a filter as `make_ready`.
+  /// @throws InputError as `ObstacleForces` for many, and for supports that yield or are damped; where modes are
+  /// corrected for many, and for points too close to each other
   LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points = kDensePoints);
+  /// @brief Makes what `solve` and `problem` or `many` need, unless it is there; without filter nobody may need it.
+  /// @note Collective: few points, a line solve for each and one reduction.
+  void make_ready();
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return line_->points().comm(); }
   [[nodiscard]] bool on_first_rank() const noexcept { return line_->points().begin() == 0; }
-  [[nodiscard]] bool dense() const noexcept { return many_ == nullptr; }
+  [[nodiscard]] bool dense() const noexcept { return dense_; }
   /// Dense: those of all ranks, in this order on each; else this rank's. Ascending by node.
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
 
@@ -64,6 +68,17 @@ class LineContact {
     return static_cast<std::size_t>(points_[point].node - line_->points().begin());
   }
 
+  /// @name Where modes are corrected the line is tied to the masses in these: nearer to them than the stretch says.
+  /// @{
+  /// By how much less that makes a point's distance from its support [m]. @param amplitude of the stretch
+  [[nodiscard]] double nearer(std::size_t point, std::span<const double> amplitude) const;
+  /// Adds the amplitudes that contact forces give the stretch. @param force as `add` has it @param column of these
+  void add_amplitudes(std::span<const double> force, std::size_t column, std::size_t columns,
+                      std::span<double> amplitude) const;
+  /// @}
+  /// No frequency of the masses is higher, whoever touches [rad/s]. Source: docs/theory.md, "Corrected modes"
+  [[nodiscard]] double frequency_bound() const noexcept { return bound_; }
+
   /// @brief Keeps what a unit force at each point does to the line, if dense: from then on `add` solves for moments
   /// alone. @note Collective: a line solve for each point; 8 bytes per point and local node.
   void keep_responses();
@@ -77,10 +92,12 @@ class LineContact {
   void add(std::span<const double> force, std::span<double* const> stretch, std::span<double* const> moment);
 
   /// @brief The line with contact for the line without, at one time [s].
-  /// @param[in] mass_position Ym [m] @param[in,out] stretch d = Yc - Ym [m] @param[in,out] moment [N m]; may be empty
+  /// @param[in] mass_position Ym [m] @param[in,out] stretch d = Yc - Ym [m] @param[in,out] amplitude of it in corrected
+  /// modes @param[in,out] moment [N m]; may be empty
   /// @return whether any force holds it, equal on every rank
   /// @note Collective: one reduction and, in contact, one line solve; unless dense, as `ObstacleForces::solve` besides.
-  bool apply(double time, std::span<const double> mass_position, std::span<double> stretch, std::span<double> moment);
+  bool apply(double time, std::span<const double> mass_position, std::span<double> stretch, std::span<double> amplitude,
+             std::span<double> moment);
   /// Contact forces of the last `apply` at the points, away from the supports [N].
   [[nodiscard]] std::span<const double> forces() const noexcept { return force_; }
   /// What contact forces [N] store in the springs of the supports [J], and with what power supports that move bring
@@ -101,12 +118,17 @@ class LineContact {
 
  private:
   void compute_compliance();
+  void tie_modes();
+  void bound_frequency(const std::vector<double>& closed);
   void sum(std::vector<double>& values) const;
   void add_responses(std::span<const double> force, std::span<double* const> stretch) const;
 
   FilteredStructure* line_;
+  bool dense_;
   std::vector<LinePoint> points_;
   std::vector<std::size_t> mine_;  // points on this rank's nodes
+  std::vector<double> tie_;        // by point, then corrected mode: its shape there, away from the support [kg^(-1/2)]
+  double bound_ = 0.0;             // [rad/s]
   std::optional<Complementarity> problem_;
   std::unique_ptr<ObstacleForces> many_;
   std::vector<double> zero_;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "udar/dynamics/model.hpp"
@@ -80,8 +81,12 @@ class ImpactDynamics {
 
   /// The state after the last good step, with what the observers keep; any number of ranks may read it back.
   [[nodiscard]] MotionState save() const;
-  /// Continues from a saved state; observers are restored by who owns them. @note Before `solve`.
+  /// Continues from a saved state, of another integrator from its masses and contact alone; observers are restored by
+  /// who owns them. @note Before `solve`; collective.
   void restore(const MotionState& state);
+  /// `-ts_type`, and whether it goes on bit by bit from what one of that name has saved.
+  [[nodiscard]] std::string integrator() const { return stepping_.name(); }
+  [[nodiscard]] bool goes_on_from(std::string_view integrator) const { return stepping_.goes_on_from(integrator); }
 
  private:
   /// What observers see of one time.
@@ -96,6 +101,7 @@ class ImpactDynamics {
 
   [[nodiscard]] petsc::Vector place_masses(const InitialState& initial);
   void start();
+  void take_over();
   void settle_at_start();
   void after_step();
   void judge_step(double time, double& stop);

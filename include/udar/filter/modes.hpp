@@ -2,6 +2,7 @@
 /// @file
 /// What the filter does to the natural frequencies of a structure.
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,9 +47,15 @@ struct Mode {
 [[nodiscard]] std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known,
                                              PetscInt count);
 
+/// @brief The motions that strain nothing, of moving all along y and turning: phi' M phi = 1 over all ranks, one or the
+/// other or both, or none where ends are held. @return shapes at the local points [kg^(-1/2)]
+/// @note Collective; two line solves.
+[[nodiscard]] std::vector<std::vector<double>> rigid_shapes(FilteredStructure& line);
+
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
-/// @note Collective; some tens of line solves. @throws SolveError if SLEPc does not converge
-[[nodiscard]] double largest_frequency(FilteredStructure& line);
+/// @return nothing where SLEPc does not converge, as many modes near the largest do not let it
+/// @note Collective; some tens of line solves.
+[[nodiscard]] std::optional<double> largest_frequency(FilteredStructure& line);
 
 /// @brief ell = (4 EI / (rhoA wf^2))^(1/4) [m]: over this length the line forgets a force on one mass.
 /// @return the largest of all segments

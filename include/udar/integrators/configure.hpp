@@ -5,6 +5,8 @@
 #include <petscts.h>
 
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "udar/integrators/integrator.hpp"
 #include "udar/petsc/handle.hpp"
@@ -24,6 +26,11 @@ struct Stepping {
   Integrator* integrator = nullptr;
   double end_time = 0.0;   ///< `-ts_max_time` [s]
   double tolerance = 0.0;  ///< `step_tolerance`
+
+  [[nodiscard]] std::string name() const;  ///< `-ts_type`
+  /// Whether it goes on from what another integrator has kept of its own; otherwise from masses and contact alone.
+  /// @param writer its `-ts_type`; empty: not known
+  [[nodiscard]] bool goes_on_from(std::string_view writer) const;
 };
 
 /// @brief Chooses the type of the TS by what the problem needs and the cost, lets options change it, and sets it up.

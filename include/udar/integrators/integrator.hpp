@@ -26,6 +26,7 @@ struct ImpactProblem {
   ContactState* contact = nullptr;
   const Contacts* contacts = nullptr;
   MotionScale scale{};
+  const Kinks* kinks = nullptr;  ///< of loads and supports; null: a step never looks beyond its wished length
 };
 
 /// @brief The last step, its dense output and its end; one implementation for each way to meet impacts.
@@ -34,9 +35,15 @@ class Integrator : public DenseOutput {
   /// What it knows of the things that not all integrators know.
   [[nodiscard]] virtual Features can() const = 0;
 
+  /// @brief Before the first row: brings the state of the TS to what follows at once from where the masses are put.
+  /// @note Collective.
+  virtual void settle() {}
   /// @brief Takes up the motion at the state of the TS and of contact. @param line where the line stands there
   /// @note Collective.
   virtual void start(const LineState& line) = 0;
+  /// @brief The same where another integrator has left it: whatever it keeps of its own is found anew.
+  /// @note Collective.
+  virtual void take_over(const LineState& line) { start(line); }
   /// @brief The next step starts from the state of the TS and of contact. @note Collective.
   virtual void begin_step() = 0;
   /// @brief Ends the step that the TS has taken, at its end or earlier. @return its end [s] @note Collective.

@@ -32,6 +32,7 @@ class LocatedSteps final : public Integrator {
 
   [[nodiscard]] Features can() const override { return kCan; }
   void start(const LineState& line) override;
+  void take_over(const LineState& line) override;
   void begin_step() override;
   double end_step() override;
   void apply_events() override;

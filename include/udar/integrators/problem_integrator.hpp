@@ -65,6 +65,7 @@ class ProblemIntegrator : public petsc::TimeIntegrator, public Integrator {
   Equations* equations_ = nullptr;
   ContactState* contact_ = nullptr;
   const Contacts* contacts_ = nullptr;
+  const Kinks* kinks_ = nullptr;
   MotionScale scale_;
   double wf_ = 0.0;
   double highest_ = 0.0;  // no frequency is higher [rad/s]: wf but for corrected modes

@@ -99,6 +99,7 @@ class StepMotion {
  private:
   [[nodiscard]] StepPolynomial stretch_polynomial(std::size_t node) const;
   [[nodiscard]] double damper_rate(std::size_t node, double theta) const;
+  [[nodiscard]] double pull_of_line(const StepPolynomial& motion, double theta) const;
   [[nodiscard]] double resting_stretch(std::size_t node, double theta) const;
   [[nodiscard]] double stretch(const ContactSet& set, std::size_t node, double theta) const;
 

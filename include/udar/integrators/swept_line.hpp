@@ -22,6 +22,10 @@ class SweptLine {
 
   /// @brief The line goes on as the masses do. @param velocity Vm [m/s] @param step over which it is a polynomial [s]
   void start(const LineState& line, const ContactState& contact, const double* velocity, double step);
+  /// @brief ... or as it has followed masses without a vibration up to now, over the last step of that length [s].
+  /// @param velocity Vm [m/s] @param acceleration of a local node [m/s^2]: acceleration(node)
+  template <class Acceleration>
+  void follow(const double* velocity, double step, const Acceleration& acceleration);
   /// The step of this length [s] is over: the motion counts from the new positions.
   void begin_step(double length);
   /// ... or is taken again: the polynomial is that of the step taken back.
@@ -58,5 +62,22 @@ class SweptLine {
   double polynomial_step_ = 0.0;  // over which the line is a polynomial [s]
   bool from_end_ = true;          // the next step starts at its end, not at its start
 };
+
+template <class Acceleration>
+void SweptLine::follow(const double* velocity, double step, const Acceleration& acceleration) {
+  const double wf2 = sweep_->frequency * sweep_->frequency;
+  polynomial_step_ = step;
+  from_end_ = true;
+  for (std::size_t i = 0; i < sweep_->count; ++i) {
+    // d + v s + a s^2 / 2 with s from -step to 0, from the place at the end.
+    const double way = step * velocity[i];
+    const double bend = step * step * acceleration(i);
+    sweep_->series.rows[0][i] = acceleration(i) / wf2 - 0.5 * way + bend / 6.0;
+    sweep_->series.rows[1][i] = 0.5 * way - 0.25 * bend;
+    for (std::size_t j = 2; j < sweep_->terms; ++j) {
+      sweep_->series.rows[j][i] = j == 2 ? bend / 12.0 : 0.0;
+    }
+  }
+}
 
 }  // namespace udar

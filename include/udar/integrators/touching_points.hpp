@@ -34,9 +34,9 @@ class TouchingPoints {
   /// @brief Finds who touches, whatever was before. @param line with its contact forces
   /// @note Collective: two line solves if some gap is zero without a force.
   void start(const LineState& line, std::span<const double> position, std::span<const double> velocity);
-  /// @brief Begins a step. @param[in,out] rate of the free line's stretch by changing loads, which becomes that of the
-  /// held one [m/s]; empty: loads are steady @note Collective: a reduction, one more with a rate.
-  void begin_step(const LineState& line, std::span<const double> position, std::span<double> rate);
+  /// @brief Begins a step. @param[in,out] rate of the free line by changing loads, which becomes that of the held one
+  /// @note Collective: a reduction, one more with a rate.
+  void begin_step(const LineState& line, std::span<const double> position, LoadRate& rate);
 
   /// When the first row could turn negative, if its second derivative stayed [s]; the series knows its first terms.
   [[nodiscard]] double guess(const FreeMotion& motion) const;
@@ -65,8 +65,8 @@ class TouchingPoints {
   [[nodiscard]] Kinematics row(const FreeMotion& motion, std::size_t point, const SeriesSample& at) const;
   [[nodiscard]] bool is_zero(std::size_t point, double value) const;
   void gather_gaps(const LineState& line, std::span<const double> position);
-  [[nodiscard]] std::vector<double> gap_rates_of(std::span<const double> velocity,
-                                                 std::span<const double> stretch) const;
+  [[nodiscard]] std::vector<double> gap_rates_of(std::span<const double> velocity, std::span<const double> stretch,
+                                                 std::span<const double> amplitude) const;
   void follow(std::span<const double> rates, std::span<const double> accelerations);
   void track_gaps(const FreeMotion& motion, double length);
 

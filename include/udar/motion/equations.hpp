@@ -59,6 +59,9 @@ class Equations {
   /// Whether the masses are on filter springs, not those of the line itself.
   [[nodiscard]] bool filtered() const noexcept { return line_->parameters().filtered(); }
 
+  /// No frequency of the motion is higher [rad/s], whoever touches.
+  [[nodiscard]] double frequency_bound() const;
+
   /// @brief Solves for the line at a time, with what its supports do to it. @param[in] mass_position Ym [m] @note
   /// Collective.
   void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);

@@ -18,6 +18,7 @@ struct MotionState {
   std::map<std::string, double> scalars;              ///< equal on every rank
   std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
   std::vector<Parameter> parameters;                  ///< what the motion is one of: tells a restart with another case
+  std::string integrator{};                           ///< `-ts_type` of who wrote it; empty: not known
 
   /// @throws InputError naming -restart_file if it is missing or, for a field, not of `size`
   [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size) const;

@@ -74,8 +74,8 @@ FilterInput read_filter(MPI_Comm comm, Formulation formulation) {
   }
   if (!filter.parameters.filtered() && filter.exact.any()) {
     throw InputError{
-        "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none has "
-        "nothing to correct"};
+        "options -filter_correct_modes and -filter_correct_mode need a filter: -filter_frequency none and -ts_type "
+        "modal have nothing to correct"};
   }
   if (modes_given && band_given) {
     throw InputError{
