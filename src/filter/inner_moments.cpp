@@ -52,7 +52,7 @@ Matrix3 inverse(const Matrix3& m) {
 
 /// The different elements of a member: first, one between, last.
 struct Elements {
-  std::array<FrameElement::Matrix, 3> matrices;
+  std::array<FrameElement::Matrix, 3> matrices{};
   std::size_t count;
 
   Elements(const Network& network, std::size_t number) : count{network.parameters().members[number].elements} {

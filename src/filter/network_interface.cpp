@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numeric>
 
-extern "C" {
+extern "C" {  // NOLINTBEGIN(readability-identifier-naming): Fortran names
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
 void dpotri_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-}
+}  // NOLINTEND(readability-identifier-naming)
 
 namespace udar {
 

@@ -108,6 +108,7 @@ void NetworkSolver::build_packs() {
 std::vector<Block> NetworkSolver::member_blocks() const {
   std::vector<Block> blocks;
   std::vector<std::array<std::array<Real, 12>, 12>> stiffness;
+  stiffness.reserve(tables_.size());
   for (const network::MemberTables& tables : tables_) {
     stiffness.push_back(tables.end_stiffness());
   }
@@ -116,7 +117,7 @@ std::vector<Block> NetworkSolver::member_blocks() const {
     const auto& k = stiffness[pack.kind];
     for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
       const Member& member = parameters.members[pack.member[lane]];
-      std::array<std::array<std::array<Real, 6>, 6>, 2> t;
+      std::array<std::array<std::array<Real, 6>, 6>, 2> t{};
       for (std::size_t end = 0; end < 2; ++end) {
         t[end] = to_end(network_->axes(pack.member[lane]), member.ends[end].offset);
       }

@@ -20,7 +20,9 @@ constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 using Pack = double __attribute__((vector_size(64)));
 using Loose8 = double __attribute__((vector_size(64), aligned(8), may_alias));
 
-UDAR_INLINE Loose8& pack(double* from) { return *reinterpret_cast<Loose8*>(from); }
+UDAR_INLINE Loose8& pack(double* from) {  // NOLINT(readability-non-const-parameter): written through
+  return *reinterpret_cast<Loose8*>(from);
+}
 UDAR_INLINE const Loose8& pack(const double* from) { return *reinterpret_cast<const Loose8*>(from); }
 
 /// c -= a b' for blocks column by column.
@@ -34,10 +36,10 @@ UDAR_CLONES void subtract_product(double* c, const double* a, const double* b) {
   }
 }
 
-/// One column of the factor, both halves of a solve for `kColumns` right-hand sides.
-template <std::size_t kColumns>
+/// One column of the factor, both halves of a solve for `Count` right-hand sides.
+template <std::size_t Count>
 UDAR_INLINE void times(const double* matrix, double* vector) {
-  for (std::size_t c = 0; c < kColumns; ++c) {
+  for (std::size_t c = 0; c < Count; ++c) {
     double* own = vector + c * kPitch;
     Pack sum = pack(matrix) * own[0];
     for (std::size_t m = 1; m < 6; ++m) {
@@ -47,12 +49,12 @@ UDAR_INLINE void times(const double* matrix, double* vector) {
   }
 }
 
-template <std::size_t kColumns>
+template <std::size_t Count>
 UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::size_t count, const double* own,
                            double* values) {
   for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
-    double* to = values + rows[r] * kColumns * kPitch;
-    for (std::size_t c = 0; c < kColumns; ++c) {
+    double* to = values + rows[r] * Count * kPitch;
+    for (std::size_t c = 0; c < Count; ++c) {
       Pack sum = pack(to + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
         sum -= pack(factor + m * kPitch) * own[c * kPitch + m];
@@ -62,20 +64,20 @@ UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::s
   }
 }
 
-template <std::size_t kColumns>
+template <std::size_t Count>
 UDAR_INLINE void substitute(const double* factor, const std::size_t* rows, std::size_t count, double* own,
                             const double* values) {
-  std::array<std::array<Pack, 6>, kColumns> sums{};
+  std::array<std::array<Pack, 6>, Count> sums{};
   for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
-    const double* from = values + rows[r] * kColumns * kPitch;
-    for (std::size_t c = 0; c < kColumns; ++c) {
+    const double* from = values + rows[r] * Count * kPitch;
+    for (std::size_t c = 0; c < Count; ++c) {
       const Pack value = pack(from + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
         sums[c][m] += pack(factor + m * kPitch) * value;
       }
     }
   }
-  for (std::size_t c = 0; c < kColumns; ++c) {
+  for (std::size_t c = 0; c < Count; ++c) {
     for (std::size_t m = 0; m < 6; ++m) {
       const Pack& s = sums[c][m];
       own[c * kPitch + m] -= ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]);
@@ -92,22 +94,22 @@ struct Columns {
   std::size_t count;
 };
 
-template <std::size_t kColumns>
+template <std::size_t Count>
 UDAR_INLINE void forward_all(const Columns& all, double* values) {
   for (std::size_t j = 0; j < all.count; ++j) {
-    double* own = values + j * kColumns * kPitch;
-    times<kColumns>(all.diagonal + j * kColumn, own);
-    eliminate<kColumns>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
-                        own, values);
+    double* own = values + j * Count * kPitch;
+    times<Count>(all.diagonal + j * kColumn, own);
+    eliminate<Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j], own,
+                     values);
   }
 }
-template <std::size_t kColumns>
+template <std::size_t Count>
 UDAR_INLINE void backward_all(const Columns& all, double* values) {
   for (std::size_t j = all.count; j-- > 0;) {
-    double* own = values + j * kColumns * kPitch;
-    substitute<kColumns>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
-                         own, values);
-    times<kColumns>(all.diagonal + j * kColumn, own);
+    double* own = values + j * Count * kPitch;
+    substitute<Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+                      own, values);
+    times<Count>(all.diagonal + j * kColumn, own);
   }
 }
 UDAR_CLONES void forward_some(const Columns& all, double* values, std::size_t columns) {
@@ -233,41 +235,13 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
   values_.assign(rows_.size() * kColumn, 0.0);
   inverse_.assign(eliminated_, Entries{});
   transposed_.assign(eliminated_, Entries{});
-  const std::size_t open = kept();
-  schur_.assign(36 * open * open, 0.0);
-  // The matrix into the places of the factor.
+  schur_.assign(36 * kept() * kept(), 0.0);
   std::vector<Entries> diagonal(count_, Entries{});
-  for (const Block& block : blocks) {
-    const std::size_t a = place_[block.row];
-    const std::size_t b = place_[block.column];
-    const std::size_t column = std::min(a, b);
-    const std::size_t row = std::max(a, b);
-    const auto entry = [&](std::size_t i, std::size_t k) {  // of the block (row, column)
-      return static_cast<double>(a >= b ? block.value[i][k] : block.value[k][i]);
-    };
-    double* to = nullptr;
-    if (row == column) {
-      to = diagonal[row].data();
-    } else if (column < eliminated_) {
-      const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column]);
-      const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column + 1]);
-      to = values_.data() + static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin()) * kColumn;
-    }
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t k = 0; k < 6; ++k) {
-        if (to != nullptr) {
-          to[k * kPitch + i] += entry(i, k);
-        } else {
-          schur_[(6 * (row - eliminated_) + i) * 6 * open + 6 * (column - eliminated_) + k] += entry(i, k);
-          schur_[(6 * (column - eliminated_) + k) * 6 * open + 6 * (row - eliminated_) + i] += entry(i, k);
-        }
-      }
-    }
-  }
+  scatter(blocks, diagonal);
   // Left-looking: each column takes what those before it, listed by their next row, do to it.
   std::vector<std::size_t> list(count_, kNone);        // first column whose next row it is
   std::vector<std::size_t> after(eliminated_, kNone);  // the next of such columns
-  std::vector<std::size_t> next(eliminated_, 0);       // index of its next row
+  std::vector<std::size_t> next(first_.begin(), first_.begin() + static_cast<std::ptrdiff_t>(eliminated_));
   std::vector<std::size_t> where(count_, kNone);
   const auto enlist = [&](std::size_t column) {
     if (next[column] < first_[column + 1] && rows_[next[column]] < eliminated_) {
@@ -295,46 +269,89 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
       enlist(k);
       k = following;
     }
-    if (const std::size_t loose = invert_factor(diagonal[j].data(), before, inverse_[j].data()); loose < 6) {
-      const auto block = static_cast<std::size_t>(std::ranges::find(place_, j) - place_.begin());
-      throw Loose{.block = block, .unknown = loose};
+    finish_column(j, diagonal[j], before);
+    enlist(j);
+  }
+  add_kept_diagonal(diagonal);
+}
+
+/// The matrix into the places of the factor.
+void JunctionSystem::scatter(std::span<const Block> blocks, std::vector<Entries>& diagonal) {
+  for (const Block& block : blocks) {
+    const std::size_t a = place_[block.row];
+    const std::size_t b = place_[block.column];
+    const std::size_t column = std::min(a, b);
+    const std::size_t row = std::max(a, b);
+    if (row != column && column >= eliminated_) {
+      add_to_schur(row, column, block, a < b);
+      continue;
+    }
+    double* to = diagonal[row].data();
+    if (row != column) {
+      const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column]);
+      const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column + 1]);
+      to = values_.data() + static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin()) * kColumn;
     }
     for (std::size_t i = 0; i < 6; ++i) {
       for (std::size_t k = 0; k < 6; ++k) {
-        transposed_[j][k * kPitch + i] = inverse_[j][i * kPitch + k];
-      }
-    }
-    for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
-      Entries product{};
-      subtract_product(product.data(), values_.data() + q * kColumn, inverse_[j].data());
-      std::ranges::transform(product, values_.data() + q * kColumn, [](double value) { return -value; });
-    }
-    next[j] = first_[j];
-    enlist(j);
-    // What it takes from the kept blocks.
-    const std::size_t end = first_[j + 1];
-    auto from =
-        static_cast<std::size_t>(std::lower_bound(rows_.begin() + static_cast<std::ptrdiff_t>(first_[j]),
-                                                  rows_.begin() + static_cast<std::ptrdiff_t>(end), eliminated_) -
-                                 rows_.begin());
-    for (std::size_t q = from; q < end; ++q) {
-      for (std::size_t r = from; r < end; ++r) {
-        Entries product{};
-        subtract_product(product.data(), values_.data() + q * kColumn, values_.data() + r * kColumn);
-        for (std::size_t i = 0; i < 6; ++i) {
-          for (std::size_t k = 0; k < 6; ++k) {
-            schur_[(6 * (rows_[q] - eliminated_) + i) * 6 * open + 6 * (rows_[r] - eliminated_) + k] +=
-                product[k * kPitch + i];
-          }
-        }
+        to[k * kPitch + i] += static_cast<double>(a >= b ? block.value[i][k] : block.value[k][i]);
       }
     }
   }
-  for (std::size_t g = 0; g < open; ++g) {
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t k = 0; k < 6; ++k) {
-        schur_[(6 * g + i) * 6 * open + 6 * g + k] += diagonal[eliminated_ + g][k * kPitch + i];
+}
+
+/// A block between two that are kept. @param turned whether it stands the other way round
+void JunctionSystem::add_to_schur(std::size_t row, std::size_t column, const Block& block, bool turned) {
+  const std::size_t width = 6 * kept();
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      const std::size_t r = 6 * (row - eliminated_) + i;
+      const std::size_t c = 6 * (column - eliminated_) + k;
+      const auto value = static_cast<double>(turned ? block.value[k][i] : block.value[i][k]);
+      schur_[r * width + c] += value;
+      schur_[c * width + r] += value;
+    }
+  }
+}
+
+/// When all before it are done: its diagonal's factor, its rows, and what it takes from the kept blocks.
+/// @param before the diagonal of the matrix
+void JunctionSystem::finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before) {
+  if (const std::size_t loose = invert_factor(diagonal.data(), before, inverse_[j].data()); loose < 6) {
+    const auto block = static_cast<std::size_t>(std::ranges::find(place_, j) - place_.begin());
+    throw Loose{.block = block, .unknown = loose};
+  }
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      transposed_[j][k * kPitch + i] = inverse_[j][i * kPitch + k];
+    }
+  }
+  for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
+    Entries product{};
+    subtract_product(product.data(), values_.data() + q * kColumn, inverse_[j].data());
+    std::ranges::transform(product, values_.data() + q * kColumn, [](double value) { return -value; });
+  }
+  const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[j + 1]);
+  const auto from = static_cast<std::size_t>(
+      std::lower_bound(rows_.begin() + static_cast<std::ptrdiff_t>(first_[j]), end, eliminated_) - rows_.begin());
+  const std::size_t width = 6 * kept();
+  for (std::size_t q = from; q < first_[j + 1]; ++q) {
+    for (std::size_t r = from; r < first_[j + 1]; ++r) {
+      Entries product{};
+      subtract_product(product.data(), values_.data() + q * kColumn, values_.data() + r * kColumn);
+      for (std::size_t i = 0; i < 36; ++i) {
+        schur_[(6 * (rows_[q] - eliminated_) + i / 6) * width + 6 * (rows_[r] - eliminated_) + i % 6] +=
+            product[i % 6 * kPitch + i / 6];
       }
+    }
+  }
+}
+
+void JunctionSystem::add_kept_diagonal(const std::vector<Entries>& diagonal) {
+  const std::size_t width = 6 * kept();
+  for (std::size_t g = 0; g < kept(); ++g) {
+    for (std::size_t i = 0; i < 36; ++i) {
+      schur_[(6 * g + i / 6) * width + 6 * g + i % 6] += diagonal[eliminated_ + g][i % 6 * kPitch + i / 6];
     }
   }
 }

@@ -15,9 +15,9 @@ UDAR_INLINE Pack& pack(Lanes& lanes) { return *reinterpret_cast<Pack*>(lanes.val
 UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<const Pack*>(lanes.value.data()); }
 
 /// Values of one node's lanes; lanes that no member has repeat the last.
-template <bool kFull>
+template <bool Full>
 UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
-  if constexpr (kFull) {
+  if constexpr (Full) {
     value = *reinterpret_cast<const Loose*>(from);
   } else {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -25,9 +25,9 @@ UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
     }
   }
 }
-template <bool kFull>
+template <bool Full>
 UDAR_INLINE void store(double* to, const Pack& value, std::size_t lanes) {
-  if constexpr (kFull) {
+  if constexpr (Full) {
     *reinterpret_cast<Loose*>(to) = value;
   } else {
     for (std::size_t lane = 0; lane < lanes; ++lane) {
@@ -48,7 +48,7 @@ struct Target {
 };
 
 /// Walks along the nodes of a pack from the first end to the second.
-template <bool kFull, bool kLoaded>
+template <bool Full, bool Loaded>
 struct Walk {
   const Placement& frame;
   const Sweep& given;
@@ -64,13 +64,13 @@ struct Walk {
   }
   UDAR_INLINE void node(std::size_t i, Target& target) const {
     const std::size_t at = frame.first + i * frame.lanes;
-    load<kFull>(target.x, given.displacement.x + at, frame.lanes);
-    load<kFull>(target.y, given.displacement.y + at, frame.lanes);
-    load<kFull>(target.z, given.displacement.z + at, frame.lanes);
-    if constexpr (kLoaded) {
-      load<kFull>(target.fx, given.force.x + at, frame.lanes);
-      load<kFull>(target.fy, given.force.y + at, frame.lanes);
-      load<kFull>(target.fz, given.force.z + at, frame.lanes);
+    load<Full>(target.x, given.displacement.x + at, frame.lanes);
+    load<Full>(target.y, given.displacement.y + at, frame.lanes);
+    load<Full>(target.z, given.displacement.z + at, frame.lanes);
+    if constexpr (Loaded) {
+      load<Full>(target.fx, given.force.x + at, frame.lanes);
+      load<Full>(target.fy, given.force.y + at, frame.lanes);
+      load<Full>(target.fz, given.force.z + at, frame.lanes);
       target.fx *= compliance;
       target.fy *= compliance;
       target.fz *= compliance;
@@ -81,12 +81,12 @@ struct Walk {
 };
 
 /// Differences first, for a rigid motion must leave nothing.
-template <bool kLoaded>
+template <bool Loaded>
 UDAR_INLINE void difference(const Target& right, const Target& left, std::array<Pack, 3>& rise) {
   rise[0] = right.x - left.x;
   rise[1] = right.y - left.y;
   rise[2] = right.z - left.z;
-  if constexpr (kLoaded) {
+  if constexpr (Loaded) {
     rise[0] += right.fx - left.fx;
     rise[1] += right.fy - left.fy;
     rise[2] += right.fz - left.fz;
@@ -104,11 +104,11 @@ UDAR_INLINE void turned_back(const Placement& frame, const std::array<Pack, 3>& 
   }
 }
 
-template <bool kFull, bool kLoaded>
+template <bool Full, bool Loaded>
 UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& frame, const Sweep& given,
                                const EndPlaces& ends, Condensed& condensed) {
   const std::size_t inner = tables.inner();
-  const Walk<kFull, kLoaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
+  const Walk<Full, Loaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
   const auto* const weights_y = tables.bending(0).weights.data();
   const auto* const weights_z = tables.bending(1).weights.data();
   const auto* const weights_x = tables.axial().weights.data();
@@ -121,14 +121,14 @@ UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& fram
   std::array<Pack, 3> ahead;
   walk.end(0, target);
   walk.at(0, next);
-  difference<kLoaded>(next, target, rise);
+  difference<Loaded>(next, target, rise);
   along(frame.axes[1], rise, pack(condensed.rise[0][0]));
   along(frame.axes[2], rise, pack(condensed.rise[1][0]));
   Pack value;
   for (std::size_t i = 0; i < inner; ++i) {
     target = next;
     walk.at(i + 1, next);
-    difference<kLoaded>(next, target, ahead);
+    difference<Loaded>(next, target, ahead);
     along(frame.axes[0], rise, value);
     shown_x[0] += weights_x[i][0] * value;
     shown_x[1] += weights_x[i][1] * value;
@@ -156,37 +156,49 @@ UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& fram
   pack(condensed.axial[1]) = shown_x[1];
 }
 
-template <bool kFull, bool kLoaded, bool kTurned>
-UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame, const Sweep& given,
-                              const EndPlaces& ends, const Condensed& condensed, const EndValues& known) {
-  const Triple<double>& stretch = given.stretch;
-  const std::size_t inner = tables.inner();
-  const double h = tables.element_length();
-  const Walk<kFull, kLoaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
-  const auto* const gains_y = tables.bending(0).gains.data();
-  const auto* const gains_z = tables.bending(1).gains.data();
-  // Forces at the second end, states behind the first.
-  std::array<Pack, 2> w;
+/// Of both bending planes: the state on the way to the second end, the reactions on the way back; and along the axis.
+struct Recursion {
+  std::array<Pack, 2> deflection;
   std::array<Pack, 2> turn;
-  std::array<std::array<Pack, 2>, 2> pushed;
+  std::array<Pack, 2> force;
+  std::array<Pack, 2> moment;
+  Pack along;
+  Pack pull;
+};
+
+/// Behind the first end, and before the second.
+UDAR_INLINE void start(const MemberTables& tables, const Condensed& condensed, const EndValues& known,
+                       Recursion& state) {
+  const double h = tables.element_length();
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const BendingTable& table = tables.bending(plane);
     const std::size_t about = plane == 0 ? 5 : 4;
     const double sign = plane == 0 ? h : -h;
-    const std::array<Pack, 4> state{known[0][1 + plane], sign * known[0][about] - pack(condensed.rise[plane][0]),
-                                    known[1][1 + plane], sign * known[1][about] - pack(condensed.rise[plane][1])};
-    for (std::size_t row = 0; row < 2; ++row) {
-      pushed[plane][row] = -pack(condensed.bending[plane][2 + row]);
-      for (std::size_t k = 0; k < 4; ++k) {
-        pushed[plane][row] += table.stiffness[2 + row][k] * state[k];
-      }
+    const std::array<Pack, 4> ends{known[0][1 + plane], sign * known[0][about] - pack(condensed.rise[plane][0]),
+                                   known[1][1 + plane], sign * known[1][about] - pack(condensed.rise[plane][1])};
+    state.force[plane] = -pack(condensed.bending[plane][2]);
+    state.moment[plane] = -pack(condensed.bending[plane][3]);
+    for (std::size_t k = 0; k < 4; ++k) {
+      state.force[plane] += table.stiffness[2][k] * ends[k];
+      state.moment[plane] += table.stiffness[3][k] * ends[k];
     }
-    turn[plane] = table.hinged_first ? Pack{} : state[1];
-    w[plane] = state[0] + turn[plane];
+    state.moment[plane] += state.force[plane];
+    state.turn[plane] = table.hinged_first ? Pack{} : ends[1];
+    state.deflection[plane] = ends[0] + state.turn[plane];
   }
-  const auto& axial = tables.axial();
-  Pack pull = axial.stiffness[1] * known[0][0] + axial.stiffness[2] * known[1][0] - pack(condensed.axial[1]);
+  const AxialTable& axial = tables.axial();
+  state.along = known[0][0];
+  state.pull = axial.stiffness[1] * known[0][0] + axial.stiffness[2] * known[1][0] - pack(condensed.axial[1]);
+}
 
+/// To the second end: states before each node go where its stretch will be.
+template <bool Full, bool Loaded, bool Turned>
+UDAR_INLINE void sweep_right(const MemberTables& tables, const Walk<Full, Loaded>& walk, Recursion& state) {
+  const Placement& frame = walk.frame;
+  const Sweep& given = walk.given;
+  const auto* const gains_y = tables.bending(0).gains.data();
+  const auto* const gains_z = tables.bending(1).gains.data();
+  const auto* const releases = tables.axial().releases.data();
   Target target;
   Target next;
   std::array<Pack, 3> rise;
@@ -194,90 +206,120 @@ UDAR_INLINE void resolve_pack(const MemberTables& tables, const Placement& frame
   Pack value;
   walk.end(0, target);
   walk.at(0, next);
-  difference<kLoaded>(next, target, rise);
+  difference<Loaded>(next, target, rise);
   along(frame.axes[0], rise, value);
-  Pack along_axis = known[0][0] - value;
-  for (std::size_t i = 0; i < inner; ++i) {
+  state.along -= value;
+  for (std::size_t i = 0; i < walk.inner; ++i) {
     const std::size_t at = frame.first + i * frame.lanes;
     target = next;
     walk.at(i + 1, next);
-    difference<kLoaded>(next, target, ahead);
-    store<kFull>(stretch.x + at, along_axis, frame.lanes);
-    store<kFull>(stretch.y + at, w[0], frame.lanes);
-    store<kFull>(stretch.z + at, w[1], frame.lanes);
+    difference<Loaded>(next, target, ahead);
+    store<Full>(given.stretch.x + at, state.along, frame.lanes);
+    store<Full>(given.stretch.y + at, state.deflection[0], frame.lanes);
+    store<Full>(given.stretch.z + at, state.deflection[1], frame.lanes);
     along(frame.axes[0], ahead, value);
-    along_axis = axial.releases[i] * along_axis - value;
+    state.along = releases[i] * state.along - value;
     const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
     along(frame.axes[1], kink, value);
-    const Pack turned_y = turn[0] + value;
-    turn[0] = turned_y - gains_y[i].turn * w[0];
-    w[0] = gains_y[i].keep * w[0] + turned_y;
+    const Pack turned_y = state.turn[0] + value;
+    state.turn[0] = turned_y - gains_y[i].turn * state.deflection[0];
+    state.deflection[0] = gains_y[i].keep * state.deflection[0] + turned_y;
     along(frame.axes[2], kink, value);
-    const Pack turned_z = turn[1] + value;
-    turn[1] = turned_z - gains_z[i].turn * w[1];
-    w[1] = gains_z[i].keep * w[1] + turned_z;
-    if constexpr (kTurned) {  // against the line between the targets, and of that line
+    const Pack turned_z = state.turn[1] + value;
+    state.turn[1] = turned_z - gains_z[i].turn * state.deflection[1];
+    state.deflection[1] = gains_z[i].keep * state.deflection[1] + turned_z;
+    if constexpr (Turned) {  // against the line between the targets, and of that line
       along(frame.axes[1], ahead, value);
-      store<kFull>(given.rotation.y + at, turn[0] + value, frame.lanes);
+      store<Full>(given.rotation.y + at, state.turn[0] + value, frame.lanes);
       along(frame.axes[2], ahead, value);
-      store<kFull>(given.rotation.z + at, turn[1] + value, frame.lanes);
+      store<Full>(given.rotation.z + at, state.turn[1] + value, frame.lanes);
     }
     rise = ahead;
   }
-  pushed[0][1] += pushed[0][0];
-  pushed[1][1] += pushed[1][0];
-  for (std::size_t i = inner; i-- > 0;) {
+}
+
+/// Rotations of inner node i, from the states stored for it and the reactions behind it.
+template <bool Full>
+UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
+                           const EndValues& known, const Recursion& state, std::size_t i) {
+  const std::size_t at = frame.first + i * frame.lanes;
+  const double h = tables.element_length();
+  const BendingTable::Gain& y = tables.bending(0).gains[i];
+  const BendingTable::Gain& z = tables.bending(1).gains[i];
+  const MemberTables::Twist& twist = tables.twist();
+  std::array<Pack, 2> bent{};
+  std::array<Pack, 3> global;
+  load<Full>(bent[0], sweep.rotation.y + at, frame.lanes);
+  load<Full>(bent[1], sweep.rotation.z + at, frame.lanes);
+  const Pack about_z = (bent[0] + y.turn * state.force[0] + y.bend * state.moment[0]) / h;
+  const Pack about_y = (bent[1] + z.turn * state.force[1] + z.bend * state.moment[1]) / -h;
+  const Pack about_x = twist.first * known[0][3] + twist.second * known[1][3] +
+                       static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
+  turned_back(frame, {about_x, about_y, about_z}, global);
+  store<Full>(sweep.rotation.x + at, global[0], frame.lanes);
+  store<Full>(sweep.rotation.y + at, global[1], frame.lanes);
+  store<Full>(sweep.rotation.z + at, global[2], frame.lanes);
+}
+
+/// Back to the first end.
+template <bool Full, bool Loaded, bool Turned>
+UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>& walk, const EndValues& known,
+                            Recursion& state) {
+  const Placement& frame = walk.frame;
+  const Triple<double>& stretch = walk.given.stretch;
+  const auto* const gains_y = tables.bending(0).gains.data();
+  const auto* const gains_z = tables.bending(1).gains.data();
+  const AxialTable& axial = tables.axial();
+  for (std::size_t i = walk.inner; i-- > 0;) {
     const std::size_t at = frame.first + i * frame.lanes;
     Pack dx{};
     std::array<Pack, 2> d{};
     std::array<Pack, 3> global;
-    load<kFull>(dx, stretch.x + at, frame.lanes);
-    load<kFull>(d[0], stretch.y + at, frame.lanes);
-    load<kFull>(d[1], stretch.z + at, frame.lanes);
-    dx = axial.releases[i] * dx + axial.keeps[i] * pull;
-    pull -= dx;
-    const auto& y = gains_y[i];
-    const auto& z = gains_z[i];
-    if constexpr (kTurned) {
-      const MemberTables::Twist& twist = tables.twist();
-      std::array<Pack, 2> bent{};
-      load<kFull>(bent[0], given.rotation.y + at, frame.lanes);
-      load<kFull>(bent[1], given.rotation.z + at, frame.lanes);
-      const Pack about_z = (bent[0] + y.turn * pushed[0][0] + y.bend * pushed[0][1]) / h;
-      const Pack about_y = (bent[1] + z.turn * pushed[1][0] + z.bend * pushed[1][1]) / -h;
-      const Pack about_x = twist.first * known[0][3] + twist.second * known[1][3] +
-                           static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
-      turned_back(frame, {about_x, about_y, about_z}, global);
-      store<kFull>(given.rotation.x + at, global[0], frame.lanes);
-      store<kFull>(given.rotation.y + at, global[1], frame.lanes);
-      store<kFull>(given.rotation.z + at, global[2], frame.lanes);
+    load<Full>(dx, stretch.x + at, frame.lanes);
+    load<Full>(d[0], stretch.y + at, frame.lanes);
+    load<Full>(d[1], stretch.z + at, frame.lanes);
+    if constexpr (Turned) {
+      turn_node<Full>(tables, frame, walk.given, known, state, i);
     }
-    d[0] = y.release * d[0] + y.deflect * pushed[0][0] + y.turn * pushed[0][1];
-    pushed[0][0] -= d[0];
-    pushed[0][1] += pushed[0][0];
-    d[1] = z.release * d[1] + z.deflect * pushed[1][0] + z.turn * pushed[1][1];
-    pushed[1][0] -= d[1];
-    pushed[1][1] += pushed[1][0];
+    dx = axial.releases[i] * dx + axial.keeps[i] * state.pull;
+    state.pull -= dx;
+    d[0] = gains_y[i].release * d[0] + gains_y[i].deflect * state.force[0] + gains_y[i].turn * state.moment[0];
+    state.force[0] -= d[0];
+    state.moment[0] += state.force[0];
+    d[1] = gains_z[i].release * d[1] + gains_z[i].deflect * state.force[1] + gains_z[i].turn * state.moment[1];
+    state.force[1] -= d[1];
+    state.moment[1] += state.force[1];
     turned_back(frame, {dx, d[0], d[1]}, global);
-    if constexpr (kLoaded) {
+    if constexpr (Loaded) {
+      Target target;
       walk.node(i, target);
       global[0] += target.fx;
       global[1] += target.fy;
       global[2] += target.fz;
     }
-    store<kFull>(stretch.x + at, global[0], frame.lanes);
-    store<kFull>(stretch.y + at, global[1], frame.lanes);
-    store<kFull>(stretch.z + at, global[2], frame.lanes);
+    store<Full>(stretch.x + at, global[0], frame.lanes);
+    store<Full>(stretch.y + at, global[1], frame.lanes);
+    store<Full>(stretch.z + at, global[2], frame.lanes);
   }
 }
+
+template <bool Full, bool Loaded, bool Turned>
+UDAR_INLINE void resolve_pack(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Condensed& condensed,
+                              const EndValues& known) {
+  Recursion state;
+  start(tables, condensed, known, state);
+  sweep_right<Full, Loaded, Turned>(tables, walk, state);
+  sweep_left<Full, Loaded, Turned>(tables, walk, known, state);
+}
+
 /// Values of the junctions, one direction of both ends after the other.
-template <std::size_t kCount>
+template <std::size_t Count>
 UDAR_INLINE void gather(const Placement& pack, const double* from, std::size_t pitch,
-                        std::array<std::array<Pack, kCount>, 2>& values) {
+                        std::array<std::array<Pack, Count>, 2>& values) {
   for (std::size_t end = 0; end < 2; ++end) {
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       const double* own = from + pack.slot[end][lane] * pitch;
-      for (std::size_t k = 0; k < kCount; ++k) {
+      for (std::size_t k = 0; k < Count; ++k) {
         values[end][k][lane] = own[k];
       }
     }
@@ -348,26 +390,27 @@ UDAR_INLINE void add_load(const Placement& frame, const EndValues& load, const S
   }
 }
 
-template <bool kFull, bool kLoaded>
+template <bool Full, bool Loaded>
 UDAR_INLINE void condense_to_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
                                        Condensed& condensed) {
   EndPlaces ends;
   EndValues load;
   gather<3>(frame, sweep.place, sweep.pitch, ends);
-  condense_pack<kFull, kLoaded>(tables, frame, sweep, ends, condensed);
+  condense_pack<Full, Loaded>(tables, frame, sweep, ends, condensed);
   load_of(tables, condensed, load);
   add_load(frame, load, sweep);
 }
 
-template <bool kFull, bool kLoaded>
+template <bool Full, bool Loaded>
 UDAR_INLINE void resolve_from_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
                                         const Condensed& condensed) {
   EndPlaces ends;
   EndValues known;
   gather<3>(frame, sweep.place, sweep.pitch, ends);
   known_at(frame, sweep, known);
-  sweep.rotation.x != nullptr ? resolve_pack<kFull, kLoaded, true>(tables, frame, sweep, ends, condensed, known)
-                              : resolve_pack<kFull, kLoaded, false>(tables, frame, sweep, ends, condensed, known);
+  const Walk<Full, Loaded> walk{frame, sweep, ends, tables.inner(), 1.0 / tables.node_stiffness()};
+  sweep.rotation.x != nullptr ? resolve_pack<Full, Loaded, true>(tables, walk, condensed, known)
+                              : resolve_pack<Full, Loaded, false>(tables, walk, condensed, known);
 }
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 

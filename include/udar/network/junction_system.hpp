@@ -62,6 +62,10 @@ class JunctionSystem {
   void order(std::span<const Block> blocks);
   void find_pattern(std::span<const Block> blocks);
   void factor(std::span<const Block> blocks);
+  void scatter(std::span<const Block> blocks, std::vector<Entries>& diagonal);
+  void add_to_schur(std::size_t row, std::size_t column, const Block& block, bool turned);
+  void finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before);
+  void add_kept_diagonal(const std::vector<Entries>& diagonal);
 
   std::size_t count_;
   std::size_t eliminated_;

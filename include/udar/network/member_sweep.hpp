@@ -29,12 +29,15 @@ struct Triple {
 
 /// @brief A pack in space, and where its members end.
 struct Placement {
-  std::array<std::array<Lanes, 3>, 3> axes;  ///< rows of `Axes`
-  std::size_t first = 0;                     ///< as `MemberPack`
+  std::array<std::array<Lanes, 3>, 2> offset;  ///< rigid arms, global axes [m]
+  std::array<std::array<Lanes, 3>, 3> axes;    ///< rows of `Axes`
+  std::size_t first = 0;                       ///< as `MemberPack`
   std::size_t lanes = 0;
   std::array<std::array<std::size_t, kLanes>, 2> slot{};  ///< of the junctions, in what goes in and out
-  std::array<std::array<Lanes, 3>, 2> offset;             ///< rigid arms, global axes [m]
-  bool offsets = false;                                   ///< whether any of them is not zero
+  bool offsets = false;                                   ///< whether any arm is not zero
+};  ///< of the junctions, in what goes in and out
+std::array<std::array<Lanes, 3>, 2> offset;  ///< rigid arms, global axes [m]
+bool offsets = false;                        ///< whether any of them is not zero
 };
 
 /// @brief One column of what goes in and out.
