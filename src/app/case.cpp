@@ -1,5 +1,6 @@
 #include "udar/app/case.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -57,21 +58,45 @@ double settled_force_window(double asked, const Case& settled) {
   return asked > 0.0 ? asked : resolved;
 }
 
+/// What can be known of gauges before the structure is built.
+void check_gauges(const CaseInput& input) {
+  if (input.structure.beam()) {
+    if (input.output.in_space) {
+      throw InputError{"options -gauge_place and -gauge_junction are not for a beam, expected -gauge_position [m]"};
+    }
+    for (const Place& gauge : input.output.gauges) {
+      require_on("gauge position", gauge.x, {.from = 0.0, .to = input.beam.beam.length()});
+    }
+  }
+  for (const std::string& name : input.output.gauge_junctions) {
+    if (!input.structure.network) {
+      throw InputError{"option -gauge_junction: '" + name + "' is not allowed without -structure_type network"};
+    }
+    if (std::ranges::find(input.structure.network->junctions, name, &Junction::name) ==
+        input.structure.network->junctions.end()) {
+      throw InputError{"option -gauge_junction: '" + name + "' is not allowed, expected the name of a junction"};
+    }
+  }
+}
+
 }  // namespace
 
 CaseInput read_case(MPI_Comm comm) {
   CaseInput input;
   input.structure = read_structure(comm);
-  if (!input.structure.imported || petsc::Session::help_requested()) {
+  if (input.structure.beam() || petsc::Session::help_requested()) {
     input.beam = read_beam(comm);
   }
   input.filter = read_filter(comm, input.beam.formulation);
+  if (input.filter.modal && !input.structure.beam() && !petsc::Session::help_requested()) {
+    throw InputError{
+        "option -ts_type: modal is not allowed with a network or imported matrices, expected a beam; others need "
+        "-filter_frequency [rad/s]"};
+  }
   input.start = read_start(comm);
   input.contact = read_contact(comm);
   input.output = read_output(comm);
-  for (const double gauge : input.structure.imported ? std::vector<double>{} : input.output.gauges) {
-    require_on("gauge position", gauge, {.from = 0.0, .to = input.beam.beam.length()});
-  }
+  check_gauges(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   if (input.contact.contact.surface == ContactSurface::line && input.filter.exact.any()) {
     throw InputError{
@@ -86,6 +111,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.beam = input.beam.beam;
   settled.beam.mass_patches = input.contact.mass_patches;
   settled.imported = input.structure.imported;
+  settled.network = input.structure.network;
   settled.write = input.structure.write;
   settled.filter = settled_filter(comm, input, settled);
   settled.gravity = input.start.gravity;
@@ -102,6 +128,9 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.modal = input.filter.modal;
   settled.modal_estimate = input.filter.modal_estimate;
   settled.gauges = input.output.gauges;
+  for (const std::string& name : input.output.gauge_junctions) {
+    settled.gauges.push_back(std::ranges::find(input.structure.network->junctions, name, &Junction::name)->place);
+  }
   settled.output = input.output.output;
   settled.output.force_window = settled_force_window(input.output.output.force_window, settled);
   settled.restart = input.output.restart;

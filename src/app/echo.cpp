@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "udar/app/network_size.hpp"
 #include "udar/app/output_size.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
@@ -105,11 +106,22 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
   if (const BeamChain* beam = structure.chain(); beam != nullptr) {
     text << "beam      " << beam->total_mass() << " kg, " << beam->length() << " m, " << beam->elements()
          << " elements, ";
+  } else if (const Network* network = structure.network(); network != nullptr) {
+    const NetworkSize size = size_of(*network);
+    text << "network   " << points.total_mass() << " kg, " << size.junctions << " junctions, " << size.members
+         << " members, " << size.elements << " elements, " << network->total_nodes() << " nodes, "
+         << network->connected_parts() << (network->connected_parts() > 1 ? " parts\n" : " part\n") << "extent    "
+         << size.extent << ", ";
   } else {
     text << "structure " << points.total_mass() << " kg, x from " << points.extent().from << " to "
          << points.extent().to << " m, " << points.total() << " masses, ";
   }
   text << (structure.grounded() ? "held" : "free") << '\n';
+  if (const Network* network = structure.network(); network != nullptr) {
+    for (const std::string& note : network->notes()) {
+      text << "note      " << note << '\n';
+    }
+  }
   text << "modes    ";
   for (const Mode& mode : modes) {
     text << ' ' << mode.frequency << (&mode == &modes.back() ? " rad/s" : ",");
@@ -151,6 +163,11 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
   }
   if (input.supports.empty() && !structure.grounded()) {
     petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
+  }
+  if (const Network* network = structure.network(); network != nullptr) {
+    for (const std::string& warning : network->warnings()) {
+      petsc::warn(comm, "%s", warning.c_str());
+    }
   }
   double highest = 0.0;
   const MassState masses = initial_masses(points, input.initial);

@@ -70,9 +70,9 @@ Place place_of(const MassPoints& points, PetscInt global) {
 
 std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points) {
   std::vector<Placed> all;
-  const auto add = [&](const char* name, std::size_t index, double asked) {
-    const double used = place_of(points, points.nearest({.x = asked})).x;
-    all.push_back({.name = name + std::to_string(index), .asked = asked, .used = used});
+  const auto add = [&](const char* name, std::size_t index, const Place& asked) {
+    const double used = place_of(points, points.nearest(asked)).x;
+    all.push_back({.name = name + std::to_string(index), .asked = asked.x, .used = used});
   };
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     if (const Support& support = input.supports[i]; support.width == 0.0) {
@@ -81,10 +81,10 @@ std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points)
     }
   }
   for (std::size_t i = 0; i < input.beam.line_supports.size(); ++i) {
-    add("line support ", i, input.beam.line_supports[i].position);
+    add("line support ", i, {.x = input.beam.line_supports[i].position});
   }
   for (std::size_t i = 0; i < input.beam.point_masses.size(); ++i) {
-    add("point mass ", i, input.beam.point_masses[i].position);
+    add("point mass ", i, {.x = input.beam.point_masses[i].position});
   }
   for (std::size_t i = 0; i < input.gauges.size(); ++i) {
     add("gauge ", i, input.gauges[i]);

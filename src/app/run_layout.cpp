@@ -30,11 +30,11 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
       layout.peaks[1].factor.push_back(per_moment.utilisation);
     }
   }
-  for (const double gauge : input.gauges) {
-    require_on("gauge position", gauge, points.extent());
-    layout.gauge_node.push_back(points.nearest({.x = gauge}));
+  for (const Place& gauge : input.gauges) {
+    require_on("gauge position", gauge.x, points.extent());
+    layout.gauge_node.push_back(points.nearest(gauge));
+    layout.gauge_position.push_back(gauge.x);
   }
-  layout.gauge_position = input.gauges;
   for (const Support& support : input.supports) {
     layout.supports.push_back(
         {.position = support.position,

@@ -89,9 +89,9 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
     summary.peaks.emplace_back(key, peak != peaks.end() ? std::optional{peak->second} : std::nullopt);
   }
   summary.energy_drift = dynamics.energy().drift();
-  summary.gauge_position = input.gauges;
-  for (const double gauge : input.gauges) {
-    summary.gauge_node_position.push_back(place_of(points, points.nearest({.x = gauge})).x);
+  for (const Place& gauge : input.gauges) {
+    summary.gauge_position.push_back(gauge.x);
+    summary.gauge_node_position.push_back(place_of(points, points.nearest(gauge)).x);
   }
   summary.warnings = petsc::take_warnings();
   summary.versions = io::library_versions();

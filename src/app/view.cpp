@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/app/describe_case.hpp"
+#include "udar/app/network_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/filter/filter_cost.hpp"
 #include "udar/petsc/error.hpp"
@@ -57,8 +58,19 @@ void add_structure(Description& built, const FilteredStructure& line) {
     }
     built.add("section moduli I/c [m^3], 0: not known", rounded(modulus));
     built.add("yield stress [Pa], 0: not known", rounded(yields));
+  } else if (const Network* network = line.structure().network(); network != nullptr) {
+    const NetworkSize size = size_of(*network);
+    built.add("extent", size.extent);
+    built.add("junctions, members, elements",
+              rounded({static_cast<double>(size.junctions), static_cast<double>(size.members),
+                       static_cast<double>(size.elements)}));
+    built.add("connected parts", static_cast<double>(network->connected_parts()));
+    for (const std::string& note : network->notes()) {
+      built.add("note", note);
+    }
   }
-  built.add("nodes", static_cast<double>(points.total()));
+  built.add(line.structure().network() != nullptr ? "masses, three of a node" : "nodes",
+            static_cast<double>(points.total()));
   built.add("ranks", ranks);
 }
 

@@ -2,71 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <filesystem>
-#include <limits>
-#include <memory>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include "io/input_file.hpp"
 #include "udar/petsc/error.hpp"
-#include "udar/petsc/session.hpp"
 
 namespace udar::io {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\f\v";
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // which spreadsheets put at the beginning
-
-/// What is wrong with a table; caught in `read_table`, never leaves this file.
-struct Complaint {
-  std::string text;
-};
-
-/// A relative path is one from the working directory, else from the folder of an options file, the last one first.
-std::vector<std::string> places_of(const std::string& path) {
-  std::vector<std::string> places{path};
-  const std::vector<std::string>& files = petsc::Session::options_files();
-  for (auto file = files.rbegin(); file != files.rend() && std::filesystem::path{path}.is_relative(); ++file) {
-    const std::string place = std::filesystem::path{*file}.replace_filename(path).string();
-    if (std::ranges::find(places, place) == places.end()) {
-      places.push_back(place);
-    }
-  }
-  return places;
-}
-
-std::string read_all(const std::string& path) {
-  const std::vector<std::string> places = places_of(path);
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file{nullptr, &std::fclose};
-  int error = ENOENT;
-  for (auto place = places.begin(); place != places.end() && error == ENOENT; ++place) {
-    file.reset(std::fopen(place->c_str(), "rb"));
-    error = file ? 0 : errno;
-  }
-  if (error != 0) {
-    std::string complaint = " cannot be read: " + std::generic_category().message(error);
-    for (std::size_t i = 1; i < places.size() && error == ENOENT; ++i) {
-      complaint += (i == 1 ? ", neither from the working directory nor as '" : " nor as '") + places[i] + "'";
-    }
-    throw Complaint{complaint};
-  }
-  std::string text;
-  std::array<char, 1 << 16> block{};
-  std::size_t count = 0;
-  while ((count = std::fread(block.data(), 1, block.size(), file.get())) > 0) {
-    text.append(block.data(), count);
-  }
-  if (std::ferror(file.get()) != 0) {
-    throw Complaint{" cannot be read: " + std::generic_category().message(errno)};
-  }
-  return text;
-}
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
@@ -189,16 +139,6 @@ Table parse(std::string_view text, const Columns& columns) {
   return table;
 }
 
-/// Broadcasts any number of bytes, in parts that MPI can count.
-void broadcast(MPI_Comm comm, char* bytes, std::size_t count) {
-  while (count > 0) {
-    const auto part = std::min<std::size_t>(count, std::numeric_limits<int>::max());
-    MPI_Bcast(bytes, static_cast<int>(part), MPI_CHAR, 0, comm);
-    bytes += part;
-    count -= part;
-  }
-}
-
 }  // namespace
 
 Table read_table(MPI_Comm comm, const std::string& quantity, const std::string& path, const Columns& columns) {
@@ -209,7 +149,7 @@ Table read_table(MPI_Comm comm, const std::string& quantity, const std::string& 
   std::string failure;
   if (rank == 0) {
     try {
-      table = parse(read_all(path), columns);
+      table = parse(read_file(path), columns);
       for (const std::string& name : table.names) {
         names += name + '\n';
       }
@@ -224,7 +164,7 @@ Table read_table(MPI_Comm comm, const std::string& quantity, const std::string& 
   table.columns = sizes[0];
   table.values.resize(sizes[1]);
   names.resize(sizes[2]);
-  broadcast(comm, reinterpret_cast<char*>(table.values.data()), table.values.size() * sizeof(double));
+  broadcast(comm, table.values.data(), table.values.size() * sizeof(double));
   broadcast(comm, names.data(), names.size());
   if (rank != 0) {
     for (std::size_t begin = 0; begin < names.size(); begin = names.find('\n', begin) + 1) {

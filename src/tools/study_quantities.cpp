@@ -36,8 +36,8 @@ Sampler::Sampler(const app::Case& input, const MassPoints& points)
   }
   MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, comm_);
   inertia_ = moments[2];
-  for (const double gauge : input.gauges) {
-    const PetscInt node = points.nearest({.x = gauge});
+  for (const Place& gauge : input.gauges) {
+    const PetscInt node = points.nearest(gauge);
     gauge_.push_back(points.owns(node) ? node - points.begin() : -1);
     gauge_x_.push_back(app::place_of(points, node).x - centre);
   }

@@ -924,7 +924,10 @@ NOT_TRIED = {
     "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring", "beam_right_spring",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",
     "structure_type", "structure_stiffness", "structure_mass", "structure_points", "structure_lumping",
-    "structure_write", "damping_ratio", "modal_estimate",
+    "structure_write", "damping_ratio", "modal_estimate", "gauge_place", "gauge_junction", "network_file",
+    "network_groups", "network_grillage", "network_lattice", "network_spacing", "network_elements", "network_section",
+    "network_section_radius", "network_section_inner_radius", "network_section_width", "network_section_height",
+    "network_young_modulus", "network_poisson_ratio", "network_density", "network_theory",
 }
 
 

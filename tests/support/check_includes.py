@@ -45,8 +45,8 @@ SPEAKS_OF_OPTIONS = {"petsc", "app"}
 STRING = re.compile(r'"(?:[^"\\]|\\.)*"')
 # Keys of the program; those that PETSc's objects read behind a prefix, or as ts_, belong to whoever makes the objects.
 OPTION = re.compile(
-    r"(?<![\w-])-(?:(?:beam|contact|damping|filter|floor|gauge|ground|initial|load|output|restart|structure|support"
-    r"|udar)_(?!ksp_|pc_|mat_|eps_|moment_ksp_|tao_)\w|gravity\b|floor\b)"
+    r"(?<![\w-])-(?:(?:beam|contact|damping|filter|floor|gauge|ground|initial|load|network|output|restart|structure"
+    r"|support|udar)_(?!ksp_|pc_|mat_|eps_|moment_ksp_|tao_)\w|gravity\b|floor\b)"
 )
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

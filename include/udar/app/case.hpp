@@ -60,7 +60,10 @@ struct BeamInput {
 /// @brief What takes the beam's place, if anything does.
 struct StructureInput {
   std::optional<ImportParameters> imported;
+  std::optional<NetworkParameters> network;
   std::string write;  ///< where a beam's own matrices go, the beginning of the names of files; empty: nowhere
+
+  [[nodiscard]] bool beam() const noexcept { return !imported && !network; }
 };
 
 /// @brief Start and loads.
@@ -81,7 +84,9 @@ struct ContactInput {
 
 /// @brief What is written, and what is gone on from.
 struct OutputInput {
-  std::vector<double> gauges;  ///< [m]
+  std::vector<Place> gauges;                 ///< [m]
+  std::vector<std::string> gauge_junctions;  ///< of a network, gauges after these
+  bool in_space = false;                     ///< some are not given by x alone
   OutputParameters output;
   RestartParameters restart;
   bool view = false;
@@ -108,9 +113,9 @@ struct CaseInput {
 struct Case : ModelParameters {
   std::string write{};  ///< see `StructureInput`
   ModeChoice exact{};
-  bool modal = false;            ///< modes are integrated, and neither filter nor steps
-  bool modal_estimate = true;    ///< see `FilterInput`
-  std::vector<double> gauges{};  ///< [m]
+  bool modal = false;           ///< modes are integrated, and neither filter nor steps
+  bool modal_estimate = true;   ///< see `FilterInput`
+  std::vector<Place> gauges{};  ///< [m]
   OutputParameters output{};
   RestartParameters restart{};
   double end_time = 1.0;  ///< [s]

@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <iterator>
+
 #include "app/input/readers.hpp"
+#include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 
 namespace udar::app {
@@ -8,7 +12,13 @@ using petsc::OptionGroup;
 OutputInput read_output(MPI_Comm comm) {
   OutputInput input;
   OptionGroup group{comm, "Output and restart"};
-  group.reals("-gauge_position", input.gauges, "m", petsc::any(), "where gauges read: the nearest node");
+  Numbers position;
+  Numbers place;
+  group.reals("-gauge_position", position, "m", petsc::any(), "where gauges read, x: the nearest node");
+  group.reals("-gauge_place", place, "m", petsc::any(),
+              "for a structure in space: where more gauges read, x,y,z of the first, then of the second, ...: the "
+              "nearest node");
+  group.strings("-gauge_junction", input.gauge_junctions, "for a network: where more gauges read, names of junctions");
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
   group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
   group.real("-output_interval", input.output.interval, "s", petsc::positive(),
@@ -25,6 +35,15 @@ OutputInput read_output(MPI_Comm comm) {
   group.string("-restart_file", input.restart.file, "continue from this restart.h5");
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
              "simulated time between checkpoints; 0: only when the run ends or is stopped");
+  if (place.size() % 3 != 0) {
+    throw InputError{"option -gauge_place: " + std::to_string(place.size()) +
+                     " values given, expected three for each gauge: x,y,z [m]"};
+  }
+  std::ranges::transform(position, std::back_inserter(input.gauges), [](double x) { return Place{.x = x}; });
+  for (std::size_t i = 0; i < place.size(); i += 3) {
+    input.gauges.push_back({.x = place[i], .y = place[i + 1], .z = place[i + 2]});
+  }
+  input.in_space = !place.empty() || !input.gauge_junctions.empty();
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
   return input;
 }

@@ -5,6 +5,7 @@
 #include <mpi.h>
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @name Each reads one group of options, and explains it under `-help`; collective.
 /// @{
 [[nodiscard]] StructureInput read_structure(MPI_Comm comm);
+/// @param asked whether there must be a network; else none of its options may be given
+[[nodiscard]] std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked);
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm);

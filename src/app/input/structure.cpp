@@ -11,7 +11,7 @@
 namespace udar::app {
 namespace {
 
-enum class Kind : std::uint8_t { beam, imported };
+enum class Kind : std::uint8_t { beam, imported, network };
 
 /// Places of the unknowns, and which way each moves.
 void read_points(MPI_Comm comm, const std::string& path, ImportParameters& import) {
@@ -35,14 +35,16 @@ void read_points(MPI_Comm comm, const std::string& path, ImportParameters& impor
 }  // namespace
 
 StructureInput read_structure(MPI_Comm comm) {
-  constexpr std::array kTypes{Names<Kind>{"beam", Kind::beam}, Names<Kind>{"import", Kind::imported}};
+  constexpr std::array kTypes{Names<Kind>{"beam", Kind::beam}, Names<Kind>{"import", Kind::imported},
+                              Names<Kind>{"network", Kind::network}};
   constexpr std::array kLumpings{Names<Lumping>{"rows", Lumping::row}, Names<Lumping>{"hrz", Lumping::hrz}};
-  petsc::OptionGroup group{comm, "Structure: a beam (next group), or stiffness and mass of any structure from files"};
+  petsc::OptionGroup group{comm, "Structure: a beam, a network (next groups), or stiffness and mass of any structure"};
   StructureInput input;
   ImportParameters import;
   std::string points;
   Kind kind = Kind::beam;
-  group.choice<Kind>("-structure_type", kind, kTypes, "beam, or import: matrices from files take its place");
+  group.choice<Kind>("-structure_type", kind, kTypes,
+                     "beam, or in its place import: matrices from files, or network: members in space");
   const bool stiffness_given = group.string(
       "-structure_stiffness", import.stiffness,
       "for import: stiffness matrix, Matrix Market if the name ends in .mtx, else PETSc binary; one triangle or both");
@@ -60,22 +62,27 @@ StructureInput read_structure(MPI_Comm comm) {
   group.string("-structure_write", input.write,
                "for a beam: writes its matrices in displacements and rotations to files that begin so: -stiffness.mtx, "
                "-mass.mtx, -points.csv");
+  if (kind != Kind::imported && (stiffness_given || mass_given || points_given || lumping_given)) {
+    throw InputError{
+        "options -structure_stiffness, -structure_mass, -structure_points and -structure_lumping need "
+        "-structure_type import"};
+  }
+  input.network = read_network(comm, kind == Kind::network);
   if (kind == Kind::beam) {
-    if (stiffness_given || mass_given || points_given || lumping_given) {
-      throw InputError{
-          "options -structure_stiffness, -structure_mass, -structure_points and -structure_lumping need "
-          "-structure_type import"};
-    }
+    return input;
+  }
+  const std::string type = kind == Kind::network ? "network" : "import";
+  if (!input.write.empty()) {
+    throw InputError{"option -structure_write: '" + input.write + "' is not allowed with -structure_type " + type};
+  }
+  if (const std::string key = petsc::unread_option("beam_"); !key.empty() && !petsc::Session::help_requested()) {
+    throw InputError{"option " + key + " is not allowed with -structure_type " + type + ", which has no beam"};
+  }
+  if (kind == Kind::network) {
     return input;
   }
   if (import.stiffness.empty() || import.mass.empty()) {
     throw InputError{"option -structure_type: import needs -structure_stiffness and -structure_mass"};
-  }
-  if (!input.write.empty()) {
-    throw InputError{"option -structure_write: '" + input.write + "' is not allowed with -structure_type import"};
-  }
-  if (const std::string key = petsc::unread_option("beam_"); !key.empty() && !petsc::Session::help_requested()) {
-    throw InputError{"option " + key + " is not allowed with -structure_type import, which has no beam"};
   }
   if (!points.empty()) {
     read_points(comm, points, import);

@@ -1,0 +1,29 @@
+#include "udar/app/network_size.hpp"
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+#include <utility>
+
+namespace udar::app {
+
+NetworkSize size_of(const Network& network) {
+  const NetworkParameters& parameters = network.parameters();
+  NetworkSize size{
+      .junctions = parameters.junctions.size(), .members = parameters.members.size(), .elements = 0, .extent = {}};
+  for (const Member& member : parameters.members) {
+    size.elements += member.elements;
+  }
+  std::ostringstream text;
+  text.precision(4);
+  constexpr std::array kAxes{std::pair{"x ", &Place::x}, std::pair{", y ", &Place::y}, std::pair{", z ", &Place::z}};
+  for (const auto& [name, along] : kAxes) {
+    const auto [least, most] = std::ranges::minmax(
+        parameters.junctions, {}, [along = along](const Junction& junction) { return junction.place.*along; });
+    text << name << least.place.*along << " to " << most.place.*along << " m";
+  }
+  size.extent = text.str();
+  return size;
+}
+
+}  // namespace udar::app

@@ -1,0 +1,336 @@
+#!/usr/bin/env python3
+# ranks: 1; size: medium
+"""Networks through the program: from YAML, from Gmsh meshes, made regular; what is wrong in them, and how they run."""
+
+import re
+import struct
+import textwrap
+import unittest
+
+import numpy as np
+
+from common import UdarTest, run
+
+# A portal of two posts and a beam whose middle carries a mass, and a strut that is hinged at one end.
+FRAME = """\
+sections:
+  - {name: post, shape: tube, radius: 0.1, inner_radius: 0.09}
+  - {name: beam, shape: rectangle, width: 0.1, height: 0.2, young_modulus: 7e10, density: 2700, poisson_ratio: 0.33}
+junctions:
+  - {name: left foot, place: [0, 0, 0]}
+  - {name: right foot, place: [4, 0, 0]}
+  - {name: left knee, place: [0, 3, 0]}
+  - {name: right knee, place: [4, 3, 0]}
+  - {name: middle, place: [2, 3, 0], mass: 50}
+members:
+  - {name: left post, from: left foot, to: left knee}
+  - {name: right post, from: right foot, to: right knee}
+  - {name: left beam, from: left knee, to: middle}
+  - {name: right beam, from: middle, to: right knee}
+groups:
+  - {name: feet, junctions: [left foot, right foot], held: pinned}
+  - {name: posts, members: [left post, right post], section: post, elements: 6, orientation: [0, 0, 1]}
+  - {name: beams, members: [left beam, right beam], section: beam, element_length: 0.5}
+"""
+# What the physical groups of its mesh mean.
+GROUPS = """\
+sections:
+  - {name: post, shape: tube, radius: 0.1, inner_radius: 0.09}
+  - {name: beam, shape: rectangle, width: 0.1, height: 0.2, young_modulus: 7e10, density: 2700, poisson_ratio: 0.33}
+groups:
+  - {name: feet, held: pinned}
+  - {name: middle, mass: 50}
+  - {name: posts, section: post, orientation: [0, 0, 1]}
+  - {name: beams, section: beam}
+"""
+RUN = {"structure_type": "network", "filter_frequency": 200, "ts_max_time": 0.02, "output_interval": 0.002,
+       "gravity": 9.81, "initial_height": 0, "support_position": 2, "support_height": 2.99}
+
+
+class Mesh:
+    """Lines in space as Gmsh writes them: groups by dimension and number, entities numbered apart from these."""
+
+    names = {(0, 1): "feet", (0, 2): "middle", (1, 1): "posts", (1, 2): "beams"}
+
+    def __init__(self):
+        corners = {1: (0, 0, 0), 2: (4, 0, 0), 3: (0, 3, 0), 4: (4, 3, 0), 5: (2, 3, 0)}
+        curves = {1: (1, 3, 6, 1), 2: (2, 4, 6, 1), 3: (3, 5, 4, 2), 4: (5, 4, 4, 2)}  # from, to, elements, group
+        self.corner_group = {1: 1, 2: 1, 3: 0, 4: 0, 5: 2}
+        self.nodes = dict(corners)
+        self.lines = []  # curve, group, from, to
+        self.inner = {}
+        for curve, (begin, end, elements, group) in curves.items():
+            chain = [begin]
+            for i in range(1, elements):
+                self.nodes[len(self.nodes) + 1] = tuple(
+                    a + (b - a) * i / elements for a, b in zip(corners[begin], corners[end]))
+                chain.append(len(self.nodes))
+            self.inner[curve] = chain[1:]
+            chain.append(end)
+            self.lines += [(curve, group, a, b) for a, b in zip(chain, chain[1:])]
+        self.curve_group = {curve: value[3] for curve, value in curves.items()}
+        self.ends = {curve: value[:2] for curve, value in curves.items()}
+
+    def head(self, version, binary=False):
+        rows = [f"{dim} {tag} \"{name}\"" for (dim, tag), name in self.names.items()]
+        head = f"$MeshFormat\n{version} {int(binary)} 8\n".encode()
+        head += struct.pack("<i", 1) + b"\n" if binary else b""
+        return head + ("$EndMeshFormat\n$PhysicalNames\n" + "\n".join([str(len(rows)), *rows])
+                       + "\n$EndPhysicalNames\n").encode()
+
+    def point_elements(self):
+        return [(corner, group) for corner, group in self.corner_group.items() if group]
+
+    def version_2(self):
+        nodes = [f"{tag} {x!r} {y!r} {z!r}" for tag, (x, y, z) in self.nodes.items()]
+        elements = [f"15 2 {group} {corner} {corner}" for corner, group in self.point_elements()]
+        elements += [f"1 2 {group} {curve} {a} {b}" for curve, group, a, b in self.lines]
+        numbered = [f"{i} {element}" for i, element in enumerate(elements, 1)]
+        return self.head(2.2) + "\n".join(
+            ["$Nodes", str(len(nodes)), *nodes, "$EndNodes", "$Elements", str(len(numbered)), *numbered,
+             "$EndElements", ""]).encode()
+
+    def blocks(self):
+        """Nodes and elements by entity: (dimension, entity, tags) and (dimension, entity, type, rows)."""
+        nodes = [(0, corner, [corner]) for corner in self.corner_group]
+        nodes += [(1, curve, inner) for curve, inner in self.inner.items()]
+        elements = [(0, corner, 15, [(corner,)]) for corner, _ in self.point_elements()]
+        elements += [(1, curve, 1, [(a, b) for of, _, a, b in self.lines if of == curve]) for curve in self.ends]
+        return nodes, elements
+
+    def version_4(self):
+        nodes, elements = self.blocks()
+        text = ["$Entities", f"{len(self.corner_group)} {len(self.ends)} 0 0"]
+        for corner, group in self.corner_group.items():
+            x, y, z = self.nodes[corner]
+            text.append(f"{corner} {x!r} {y!r} {z!r} " + (f"1 {group}" if group else "0"))
+        for curve, (a, b) in self.ends.items():
+            low, high = (np.array([self.nodes[a], self.nodes[b]], float).__getattribute__(f)(axis=0) for f in
+                         ("min", "max"))
+            box = " ".join(repr(float(value)) for value in [*low, *high])
+            text.append(f"{curve} {box} 1 {self.curve_group[curve]} 2 {a} {-b}")
+        text += ["$EndEntities", "$Nodes", f"{len(nodes)} {len(self.nodes)} 1 {len(self.nodes)}"]
+        for dim, entity, tags in nodes:
+            text += [f"{dim} {entity} 0 {len(tags)}", *map(str, tags)]
+            text += [" ".join(repr(value) for value in self.nodes[tag]) for tag in tags]
+        count = sum(len(rows) for *_, rows in elements)
+        text += ["$EndNodes", "$Elements", f"{len(elements)} {count} 1 {count}"]
+        number = 0
+        for dim, entity, kind, rows in elements:
+            text.append(f"{dim} {entity} {kind} {len(rows)}")
+            for row in rows:
+                number += 1
+                text.append(" ".join(map(str, (number, *row))))
+        return self.head(4.1) + "\n".join([*text, "$EndElements", ""]).encode()
+
+    def version_4_binary(self):
+        nodes, elements = self.blocks()
+        data = self.head(4.1, True) + b"$Entities\n" + struct.pack("<4q", len(self.corner_group), len(self.ends), 0, 0)
+        for corner, group in self.corner_group.items():
+            data += struct.pack("<i3d", corner, *self.nodes[corner])
+            data += struct.pack("<qi", 1, group) if group else struct.pack("<q", 0)
+        for curve, (a, b) in self.ends.items():
+            pair = np.array([self.nodes[a], self.nodes[b]], float)
+            data += struct.pack("<i6d", curve, *pair.min(axis=0), *pair.max(axis=0))
+            data += struct.pack("<qiq2i", 1, self.curve_group[curve], 2, a, -b)
+        data += b"\n$EndEntities\n$Nodes\n" + struct.pack("<4q", len(nodes), len(self.nodes), 1, len(self.nodes))
+        for dim, entity, tags in nodes:
+            data += struct.pack("<3iq", dim, entity, 0, len(tags)) + struct.pack(f"<{len(tags)}q", *tags)
+            for tag in tags:
+                data += struct.pack("<3d", *self.nodes[tag])
+        count = sum(len(rows) for *_, rows in elements)
+        data += b"\n$EndNodes\n$Elements\n" + struct.pack("<4q", len(elements), count, 1, count)
+        number = 0
+        for dim, entity, kind, rows in elements:
+            data += struct.pack("<3iq", dim, entity, kind, len(rows))
+            for row in rows:
+                number += 1
+                data += struct.pack(f"<{1 + len(row)}q", number, *row)
+        return data + b"\n$EndElements\n"
+
+
+class NetworkTest(UdarTest):
+    def write(self, name, text):
+        path = self.scratch / name
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path
+
+    def refused(self, *words, ranks=(0, 2), **options):
+        for count in ranks:
+            failed = run({"output_directory": self.scratch / "run", **RUN, **options}, count)
+            self.assertEqual(failed.code, 1, failed)
+            self.assertEqual(len(failed.errors), 1, failed)
+            for word in words:
+                self.assertIn(word, failed.errors[0])
+        return failed.errors[0]
+
+
+class Sources(NetworkTest):
+    """The same network from everywhere."""
+
+    def view(self, name, **options):
+        shown = self.run_case({**RUN, "udar_view": True, **options}, name=name)
+        return shown
+
+    def test_meshes_give_the_network_of_the_yaml(self):
+        mesh = Mesh()
+        groups = self.write("groups.yaml", GROUPS)
+        frame = self.view("yaml", network_file=self.write("frame.yaml", FRAME))
+        self.assertIn("5 4 20", re.search(r"junctions, members, elements.*", frame.out).group())
+        expected = re.findall(r"^ +\d+ +([0-9.]+) ", frame.out, re.MULTILINE)
+        self.assertGreater(len(expected), 5)
+        for name, data in (("two", mesh.version_2()), ("four", mesh.version_4()), ("bytes", mesh.version_4_binary())):
+            found = self.view(name, network_file=self.write(f"{name}.msh", data), network_groups=groups)
+            self.assertEqual(self.described(found), self.described(frame), name)
+            rows = re.findall(r"^ +\d+ +([0-9.]+) ", found.out, re.MULTILINE)
+            np.testing.assert_allclose(np.array(rows, float), np.array(expected, float), rtol=1e-4, err_msg=name)
+        named = self.write("mesh.yaml", "mesh: two.msh\n" + GROUPS)  # beside this file
+        self.assertEqual(self.described(self.view("named", network_file=named)), self.described(frame))
+
+    @staticmethod
+    def described(shown):
+        """What does not depend on the order of junctions and members."""
+        return {line.strip() for line in shown.out.splitlines()
+                if re.match(r" +(mass|extent|junctions, members|nodes|length) ?", line)}
+
+    def test_a_run_is_the_same_on_two_ranks(self):
+        options = {**RUN, "network_grillage": "3,3", "network_elements": 4, "support_position": "0,2",
+                   "support_height": -1e-3, "gauge_junction": "1 0 1,0 0 2", "gauge_place": "1.9,0,0.1"}
+        one, two = (self.run_case(options, ranks, name=f"np{ranks}").csv("gauges.csv") for ranks in (1, 2))
+        for column in ("mass_0", "line_1", "velocity_2"):
+            # Sums of some hundred terms in another order; the contact lasts 15 ms.
+            self.assertLess(np.abs(one[column] - two[column]).max(), 1e-10, column)
+        self.assertGreater(np.ptp(one["mass_0"]), 5e-4, "it falls")
+
+    def test_a_lattice_is_what_its_numbers_say(self):
+        options = {**RUN, "network_lattice": "3,2,4", "network_spacing": "1,2,0.5", "network_elements": 2,
+                   "network_section": "rectangle", "network_section_width": 0.1, "network_section_height": 0.2,
+                   "network_density": 1000, "support_height": None, "support_position": None}
+        shown = self.run_case({**options, "udar_view": True}, name="lattice")
+        along = (2 * 2 * 4, 3 * 1 * 4, 3 * 2 * 3)  # members along x, y, z
+        members = sum(along)
+        mass = 1000 * 0.02 * np.dot(along, (1, 2, 0.5))
+        self.assertIn(f"24 {members} {2 * members}", shown.out)
+        self.assertIn(f"{mass:g}", re.search(r"mass \[kg\].*", shown.out).group())
+        self.assertIn("x 0 to 2 m, y 0 to 2 m, z 0 to 1.5 m", shown.out)
+
+
+class Refusals(NetworkTest):
+    """Every mistake names file, line, column and what is wrong."""
+
+    def wrong(self, before, after, *words):
+        """The frame with one change; a word "line:column" is a place."""
+        self.assertEqual(FRAME.count(before), 1, before)
+        text = FRAME.replace(before, after)
+        path = self.write("frame.yaml", text)
+        self.refused("-network_file", str(path), *words, ranks=(0,), network_file=path)
+
+    def test_of_the_yaml(self):
+        for before, after, words in (
+            ("name: middle, place", "name: middle, plaec", ["line 9 column", "'middle'", "place"]),
+            ("mass: 50", "mas: 50", ["line 9 column 38", "'middle'", "unknown key 'mas'", "mass"]),
+            ("[2, 3, 0]", "[2, 3]", ["line 9 column 27", "place", "a list of 3 numbers", "[m]"]),
+            ("[2, 3, 0]", "[2, x, 0]", ["line 9 column 31", "place", "'x'", "[m]"]),
+            ("mass: 50", "mass: -50", ["line 9 column 44", "mass", "'-50'", ">= 0", "[kg]"]),
+            ("name: middle, place", "name: left knee, place", ["line 9 column 12", "another junction of this name"]),
+            ("to: middle}", "to: midle}", ["line 13 column", "unknown junction 'midle'", "middle"]),
+            ("from: middle, to: right knee", "from: middle, to: middle", ["line 14 column", "to itself"]),
+            ("section: beam, element", "section: baem, element", ["line 18 column", "unknown section 'baem'", "beam"]),
+            ("[left beam, right beam]", "[left beam, beam]", ["line 18 column", "unknown member 'beam'"]),
+            (", element_length: 0.5", "", ["line 13 column", "'left beam'", "elements", "element_length"]),
+            ("element_length: 0.5", "elements: 0", ["line 18 column", "elements", "'0'", ">= 1"]),
+            ("element_length: 0.5", "element_length: 0.5, elements: 3", ["line 18", "expected one of them"]),
+            ("held: pinned", "held: [ux, tx]", ["line 16 column", "held", "'tx'", "clamped"]),
+            ("held: pinned", "held: pinned, mass: 1, mass: 2", ["line 16 column", "'mass' again"]),
+            ("inner_radius: 0.09", "inner_radius: 0.11", ["line 2 column", "inner_radius", "smaller"]),
+            ("shape: tube, ", "shape: pipe, ", ["line 2 column", "'pipe'", "circle, tube or rectangle"]),
+            ("width: 0.1, ", "", ["line 3 column 5", "'beam'", "width [m]"]),
+            ("[0, 0, 1]}", "[0, 0, 0]}", ["line 17 column", "orientation", "length 0"]),
+            ("groups:", "groups: ]", ["line 15 column", "YAML"]),
+            ("members:\n", "members: 3\nothers:\n", ["line 10 column", "members", "'3'", "a list of maps"]),
+            ("element_length: 0.5", "element_length: 0.5, hinge_to: [y, w]", ["line 18 column", "hinge_to", "'w'"]),
+        ):
+            with self.subTest(after=after):
+                self.wrong(before, after, *words)
+        for before, after, words in (
+            ("place: [2, 3, 0]", "place: [0, 3, 0]", ["left beam", "length", "> 0"]),
+            ("place: [2, 3, 0]", "place: [4, 0, 0]", ["right foot", "middle", "both at (4, 0, 0)"]),
+            ("[0, 0, 1]}", "[0, 1, 0]}", ["left post", "orientation"]),
+        ):
+            with self.subTest(after=after):
+                self.refused(*words, network_file=self.write("frame.yaml", FRAME.replace(before, after)))
+        twice = FRAME + "  - {name: more, junctions: [left foot], held: clamped}\n"
+        path = self.write("frame.yaml", twice)
+        self.refused("line 19 column", "line 16", "another group", network_file=path)
+        self.refused("missing.yaml", "No such file", network_file=self.scratch / "missing.yaml")
+
+    def mesh_refused(self, data, *words, groups=GROUPS, ranks=(0,)):
+        mesh = self.write("frame.msh", data)
+        return self.refused(*words, ranks=ranks, network_file=mesh, network_groups=self.write("groups.yaml", groups))
+
+    def test_of_a_mesh(self):
+        two = Mesh().version_2().decode()
+        four = Mesh().version_4().decode()
+        self.mesh_refused(two, "'feet'", "no group of this name",
+                          groups=GROUPS.replace("  - {name: feet, held: pinned}\n", ""))
+        self.mesh_refused(two, "line 6 column 12", "'mid'", "no physical group", "posts, beams, feet, middle",
+                          groups=GROUPS.replace("name: middle, mass", "name: mid, mass"))
+        self.mesh_refused(two, "line 8 column", "unknown key 'elements'",
+                          groups=GROUPS.replace("section: post, orient", "section: post, elements: 3, orient"))
+        self.mesh_refused(two.replace('1 2 "beams"', '1 9 "beams"'), "(0, 3, 0) m", "no physical group with a name")
+        doubled = two.replace("\n5 2 3 0\n", "\n5 0 3 0\n")
+        self.mesh_refused(doubled, "two nodes at (0, 3, 0) m", "frame.msh", ranks=(0, 2))
+        last = two[:two.index("$EndElements")].splitlines()[-1].split()
+        again = two.replace("$EndElements", " ".join([str(int(last[0]) + 1), *last[1:]]) + "\n$EndElements")
+        count = int(last[0])
+        self.mesh_refused(again.replace(f"$Elements\n{count}\n", f"$Elements\n{count + 1}\n"), "two lines from")
+        self.mesh_refused(four.replace(" 1 1 2 1 -3\n", " 2 1 2 2 1 -3\n"), "2 physical groups", "line from (0, 0, 0)")
+        self.mesh_refused("no mesh at all\n", "frame.msh", "Gmsh", ranks=(0, 2))
+        self.mesh_refused(two[: len(two) // 2], "frame.msh", "Gmsh")
+        triangle = textwrap.dedent("""\
+            $MeshFormat
+            2.2 0 8
+            $EndMeshFormat
+            $Nodes
+            3
+            1 0 0 0
+            2 1 0 0
+            3 0 1 0
+            $EndNodes
+            $Elements
+            1
+            1 2 2 1 1 1 2 3
+            $EndElements
+            """)
+        self.mesh_refused(triangle, "dimension 2", "lines")
+
+    def test_of_options(self):
+        path = self.write("frame.yaml", FRAME)
+        mesh = self.write("frame.msh", Mesh().version_2())
+        for words, options in (
+            (["-structure_type", "-network_file", "0 given"], {}),
+            (["-structure_type", "2 given"], {"network_file": path, "network_grillage": "3,3"}),
+            (["-network_file", "-network_groups"], {"network_file": path, "network_elements": 3}),
+            (["-network_groups", "frame.msh"], {"network_file": mesh}),
+            (["-network_groups", ".msh"], {"network_file": path, "network_groups": path}),
+            (["-network_file", ".yaml, .yml or .msh"], {"network_file": self.scratch / "frame.inp"}),
+            (["-network_grillage", "3 values", "2"], {"network_grillage": "3,3,3"}),
+            (["-network_lattice", "0", ">= 1"], {"network_lattice": "3,0,3"}),
+            (["-network_section_width", "-network_section"], {"network_grillage": "3,3", "network_section_width": 1}),
+            (["-network_section_inner_radius"], {"network_grillage": "3,3", "network_section": "tube"}),
+            (["-network_lattice", "32 bits"], {"network_lattice": "2000,2000,2000"}),
+            (["-beam_length", "network"], {"network_grillage": "3,3", "beam_length": 3}),
+            (["-structure_write", "network"], {"network_grillage": "3,3", "structure_write": "x"}),
+            (["-structure_mass", "import"], {"network_grillage": "3,3", "structure_mass": "x"}),
+            (["-gauge_junction", "'9 9 9'"], {"network_grillage": "3,3", "gauge_junction": "9 9 9"}),
+            (["-gauge_place", "three"], {"network_grillage": "3,3", "gauge_place": "1,2"}),
+            (["-network_*", "network"], {"structure_type": "beam", "network_grillage": "3,3"}),
+            (["-filter_frequency", "none"], {"network_grillage": "3,3", "filter_frequency": "none", "ts_dt": 0.1}),
+            (["-ts_type", "modal"], {"network_grillage": "3,3", "ts_type": "modal", "filter_frequency": None}),
+        ):
+            with self.subTest(options=options):
+                self.refused(*words, ranks=(0,), **options)
+
+
+if __name__ == "__main__":
+    unittest.main()
