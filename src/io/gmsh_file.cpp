@@ -9,6 +9,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "io/gmsh_nodes.hpp"
 #include "io/input_file.hpp"
 #include "io/line_mesh.hpp"
 #include "udar/petsc/array.hpp"
@@ -183,6 +184,7 @@ class Reader {
     DMLabel of_vertices = nullptr;
     UDAR_CALL(DMGetLabel(plex_, "Cell Sets", &of_cells));
     UDAR_CALL(DMGetLabel(plex_, "Face Sets", &of_vertices));
+    require_on_lines(of_vertices);
     for (std::size_t edge = 0; edge < mesh_.edges.size(); ++edge) {
       const PetscInt cell = cells_.first + static_cast<PetscInt>(edge);
       const std::size_t group = group_of(of_cells, cell, groups.curves);
@@ -197,6 +199,17 @@ class Reader {
       const PetscInt vertex = vertices_.first + static_cast<PetscInt>(node);
       require_one(groups, vertex, "the point at " + text_of(mesh_.nodes[node]));
       mesh_.node_group.push_back(group_of(of_vertices, vertex, groups.points));
+    }
+  }
+
+  /// A point on no line has no vertex; some versions of PETSc take a cell in its place.
+  void require_on_lines(DMLabel of_vertices) const {
+    for (PetscInt cell = cells_.first; of_vertices != nullptr && cell < cells_.last; ++cell) {
+      PetscInt tag = -1;
+      UDAR_CALL(DMLabelGetValue(of_vertices, cell, &tag));
+      if (tag != -1) {
+        throw Complaint{" has a point in a physical group that is on no line"};
+      }
     }
   }
 
@@ -286,7 +299,11 @@ LineMesh read_gmsh(MPI_Comm comm, const std::string& quantity, const std::string
   std::string failure;
   if (rank == 0) {
     try {
-      mesh = Reader{find_file(path, beside.empty() ? beside : find_file(beside))}.take();
+      const std::string found = find_file(path, beside.empty() ? beside : find_file(beside));
+      if (const std::string fault = fault_of_nodes(read_file(found)); !fault.empty()) {
+        throw Complaint{": " + fault};
+      }
+      mesh = Reader{found}.take();
       require_simple(mesh);
     } catch (const Complaint& complaint) {
       failure = quantity + ": '" + path + "'" + complaint.text;

@@ -275,7 +275,7 @@ class Refusals(NetworkTest):
                           groups=GROUPS.replace("  - {name: feet, held: pinned}\n", ""))
         self.mesh_refused(two, "line 6 column 12", "'mid'", "no physical group", "posts, beams, feet, middle",
                           groups=GROUPS.replace("name: middle, mass", "name: mid, mass"))
-        self.mesh_refused(two, "line 8 column", "unknown key 'elements'",
+        self.mesh_refused(two, "line 7 column 34", "unknown key 'elements'",
                           groups=GROUPS.replace("section: post, orient", "section: post, elements: 3, orient"))
         self.mesh_refused(two.replace('1 2 "beams"', '1 9 "beams"'), "(0, 3, 0) m", "no physical group with a name")
         doubled = two.replace("\n5 2 3 0\n", "\n5 0 3 0\n")
@@ -285,6 +285,8 @@ class Refusals(NetworkTest):
         count = int(last[0])
         self.mesh_refused(again.replace(f"$Elements\n{count}\n", f"$Elements\n{count + 1}\n"), "two lines from")
         self.mesh_refused(four.replace(" 1 1 2 1 -3\n", " 2 1 2 2 1 -3\n"), "2 physical groups", "line from (0, 0, 0)")
+        self.mesh_refused(two.replace(" 1 2 1 1 1 6\n", " 1 2 1 1 1 99\n"), "frame.msh", "node 99")
+        self.mesh_refused(re.sub(r"\n4 4 3 0\n", "\n5 4 3 0\n", two), "node 5 is given twice")
         self.mesh_refused("no mesh at all\n", "frame.msh", "Gmsh", ranks=(0, 2))
         self.mesh_refused(two[: len(two) // 2], "frame.msh", "Gmsh")
         triangle = textwrap.dedent("""\
