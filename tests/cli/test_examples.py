@@ -81,6 +81,23 @@ class Examples(UdarTest):
         written = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
         self.assertEqual(written, (script.parent / "case.yaml").read_text())
 
+    def test_06_feet_land_together(self):
+        run = self.example("06-grillage", filter_frequency=500, ts_max_time=0.16)
+        summary = run.summary()
+        # The massless grillage hangs lower than its masses by their weight over their springs.
+        fall = 0.1 - 9.81 / 500**2
+        self.assertAlmostEqual(summary["first_contact_time"], np.sqrt(2 * fall / 9.81), delta=1e-6)
+        self.assertGreater(summary["min_line_gap"], -1e-12, run)
+        left, right = summary["support_impulse"]
+        self.assertGreater(left, 1000)
+        self.assertAlmostEqual(left / right, 1.0, delta=1e-8)  # README: to nine digits
+        self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-6, run)
+
+    def test_06_network_is_what_its_script_writes(self):
+        script = EXAMPLES / "06-grillage" / "make_network.py"
+        written = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
+        self.assertEqual(written, (script.parent / "network.yaml").read_text())
+
 
 if __name__ == "__main__":
     unittest.main()
