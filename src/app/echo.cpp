@@ -69,6 +69,21 @@ std::string sides(const std::vector<Support>& supports) {
   return text.str();
 }
 
+/// How far springs are pressed at the start, the most of all [m].
+double pressed_at_start(const Case& input, const MassPoints& points) {
+  double most = 0.0;
+  const MassState masses = initial_masses(points, input.initial);
+  const Contacts contacts = find_contacts(points, input.supports);
+  for (const ContactSet& set : contacts.sets) {
+    const double lift = set.lift(0.0).height;
+    for (std::size_t node = set.first; set.elastic() && node < set.last; ++node) {
+      most = std::max(most, set.side * (set.height(node) + lift - masses.position[node]));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, points.comm());
+  return most;
+}
+
 std::string contact_text(const Case& input) {
   if (input.supports.empty()) {
     return "";
@@ -142,7 +157,9 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << '\n';
   }
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
-  if (const auto first = expected_contact(input, structure)) {
+  if (const double depth = pressed_at_start(input, points); depth > 0.0) {
+    text << "contact   from the start: beam and springs of supports overlap by " << depth << " m\n";
+  } else if (const auto first = expected_contact(input, structure)) {
     text << "contact   expected at t = " << *first << " s, from the flight of a rigid beam\n";
   }
   const OutputSize size = output_size(input);

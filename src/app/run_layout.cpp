@@ -16,7 +16,9 @@ double longest_sample(const Case& input) {
 io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std::vector<FieldInfo> fields) {
   const MassPoints& points = line.points();
   io::RunLayout layout{points, line.structure().topology()};
-  layout.filter_frequency = line.filter_frequency();
+  if (!input.modal) {
+    layout.filter_frequency = line.filter_frequency();
+  }
   layout.longest_sample = longest_sample(input);
   layout.options_text = petsc::effective_options();
   layout.parameters = describe(input, line.structure()).parameters();

@@ -99,13 +99,13 @@ std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& con
   return all;
 }
 
-LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points) : line_{&line} {
+LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points)
+    : line_{&line}, dense_{!are_many(contacts, dense_points)} {
   const MassPoints& points = line.points();
   for (const Support& support : contacts.supports) {
     refuse_what_masses_need(support, line.parameters().filtered());
   }
-  const bool many = are_many(contacts, dense_points);
-  points_ = many ? own_points(points, contacts) : line_points(points, contacts);
+  points_ = dense_ ? line_points(points, contacts) : own_points(points, contacts);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points.owns(points_[i].node)) {
       mine_.push_back(i);
@@ -114,10 +114,16 @@ LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std:
   zero_.assign(line.mass().size(), 0.0);
   gap_.resize(points_.size());
   force_.resize(points_.size());
-  if (many) {
-    many_ = std::make_unique<ObstacleForces>(line, points_);
-  } else {
+  if (line.parameters().filtered()) {
+    make_ready();
+  }
+}
+
+void LineContact::make_ready() {
+  if (dense_ && !problem_) {
     compute_compliance();
+  } else if (!dense_ && many_ == nullptr) {
+    many_ = std::make_unique<ObstacleForces>(*line_, points_);
   }
 }
 

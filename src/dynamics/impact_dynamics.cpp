@@ -279,12 +279,14 @@ void ImpactDynamics::start() {
 /// The rows at t = 0, and the masses that start on a support.
 void ImpactDynamics::settle_at_start() {
   UDAR_CALL(TSGetTime(stepping_.ts, &time_));
+  stepping_.integrator->settle();
   LineState line;
   {
     const ReadArray state{state_};
     const std::span<const double> position{state.values(), count()};
     model_->equations.evaluate(time_, position, line, true);
-    balance_.start(line, position, {state.values() + count(), count()});
+    stepping_.integrator->start(line);
+    balance_.start({.time = time_, .step_begin = time_, .line = line, .masses = masses()}, *stepping_.integrator);
     const std::vector<double> stretch = model_->equations.line_stretch(line);
     for (const ContactSet& set : model_->contacts.sets) {
       for (std::size_t node = set.first; node < set.last; ++node) {
@@ -293,7 +295,6 @@ void ImpactDynamics::settle_at_start() {
       }
     }
   }
-  stepping_.integrator->start(line);
   emit_snapshots(time_);
   UDAR_CALL(TSGetTimeStep(stepping_.ts, &wanted_step_));
   const double wf = model_->line.filter_frequency();

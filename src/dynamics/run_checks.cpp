@@ -27,7 +27,8 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
   std::string overlap;
   for (const ContactSet& set : sets) {
     const double lift = set.lift(0.0).height;
-    for (std::size_t node = set.first; node < set.last && overlap.empty(); ++node) {
+    const bool presses = contact.on_line() && set.elastic();
+    for (std::size_t node = set.first; node < set.last && overlap.empty() && !presses; ++node) {
       const double height = set.height(node) + lift;
       const double gap = set.side * (masses.position[node] - height);
       if (gap < -contact.touching_distance(masses.position[node], height)) {
@@ -40,7 +41,8 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
                 << ": " << height << " is not allowed, "
                 << (floor ? "the ground" : "support " + std::to_string(set.support))
                 << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
-                << " m; expected a height on its own side of the beam (`initial height`) [m]";
+                << " m; expected a height on its own side of the beam (`initial height`) [m], or a spring that is "
+                   "pressed from the start (`support stiffness` with `contact surface` line)";
         overlap = message.str();
       }
     }

@@ -231,7 +231,9 @@ std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters
 std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known, PetscInt count) {
   const PetscInt total = line.points().total() - static_cast<PetscInt>(known.size());
   EigenQuery wanted{.count = count, .tolerance = 1e-10, .measure = EPS_CONV_ABS};
-  wanted.basis = std::min(2 * (count + static_cast<PetscInt>(known.size())) + 4, total);
+  // One sweep of this basis holds so many modes of a beam; else the solver restarts (measured, docs/theory.md).
+  constexpr PetscInt kSpare = 12;
+  wanted.basis = std::min(std::max(2 * count, count + kSpare), total);
   wanted.beside = known;
   std::vector<std::vector<double>> shapes;
   const std::vector<double> values = eigenvalues(line, wanted, &shapes);

@@ -67,13 +67,33 @@ class Modal final : public ProblemIntegrator {
     choice_.modes = modes;
   }
 
-  /// Takes the motion up from the state of the TS.
-  void start(const LineState& /*line*/) override {
+  /// Takes the motion up from the state of the TS. Supports that press from the start, and loads on the rest, move the
+  /// line at once.
+  void settle() override {
     ProblemIntegrator::begin_step();
-    const petsc::ReadArray state{state_};
-    motion_->start(model_->project(begin_, {state.values(), count_}, {state.values() + count_, count_}),
-                   model_->drive());
+    {
+      const petsc::ReadArray state{state_};
+      motion_->start(model_->project(begin_, {state.values(), count_}, {state.values() + count_, count_}),
+                     model_->drive());
+    }
+    std::vector<double> position(count_);
+    std::vector<double> velocity(count_);
+    model_->expand(motion_->now(), position, velocity);
+    const petsc::WriteArray state{state_};
+    double moved = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      moved = std::max(moved, std::abs(position[i] - state.values()[i]));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_DOUBLE, MPI_MAX, equations_->points().comm());
+    constexpr double kRounding = 1e-12;  // of the motion: what tens of modes add up to
+    if (moved > kRounding * scale_.length) {
+      std::ranges::copy(position, state.values());
+      std::ranges::copy(velocity, state.values() + count_);
+    }
   }
+
+  /// The modes move on by themselves.
+  void start(const LineState& /*line*/) override { ProblemIntegrator::begin_step(); }
 
   void begin_step() override {
     ProblemIntegrator::begin_step();

@@ -73,10 +73,10 @@ class Moreau final : public ProblemIntegrator {
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
     const bool later = stepped_ && until - begin_ >= 0.5 * length_;
-    const petsc::ReadArray end{state_};
+    const petsc::ReadArray now{state_};
     return {.work = later ? work_in_ : 0.0,
             .damped = later ? damped_ : 0.0,
-            .stored = later ? stored(end.values(), begin_ + length_) : stored(start_, begin_)};
+            .stored = later || !stepped_ ? stored(now.values(), begin_ + length_) : stored(start_, begin_)};
   }
 
   void save(MotionState& /*state*/) const override {}
@@ -89,6 +89,9 @@ class Moreau final : public ProblemIntegrator {
     displacement_.resize(count_);
     stretch_.resize(count_);
     contact_nodes_ = equations_->line_contact();
+    if (contact_nodes_ != nullptr) {
+      contact_nodes_->make_ready();
+    }
     force_.resize(contact_nodes_ != nullptr ? contact_nodes_->points().size() : 0);
   }
   void take_back() override {}

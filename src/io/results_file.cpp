@@ -159,7 +159,9 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   int ranks = 1;
   MPI_Comm_size(layout.comm(), &ranks);
   file.add_attribute("/", "options", layout.options_text);
-  file.add_attribute("/", "filter_frequency", layout.filter_frequency);
+  if (layout.filter_frequency) {
+    file.add_attribute("/", "filter_frequency", *layout.filter_frequency);
+  }
   const bool only_points = layout.topology.shape == Topology::Shape::vertex;
   file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells.total));
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));

@@ -54,6 +54,12 @@ void ExactPhases::start(const ModalState& state, const Drive& drive) {
   if (!due.empty()) {
     change(due);
   }
+  for (std::size_t i = 0; i < points; ++i) {
+    if (state_.touches[i] != 0) {
+      state_.rest_force[i] = state_.force[i];
+      state_.give[i] = model_->give[i] * state_.force[i];
+    }
+  }
   enter_phase();
 }
 

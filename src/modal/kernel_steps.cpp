@@ -124,33 +124,44 @@ KernelSteps::Stride& KernelSteps::stride_of(int level) {
 void KernelSteps::start(const ModalState& state, const Drive& drive) {
   drive_ = drive;
   state_ = state;
-  find_forces();
+  find_forces(true);
   largest_energy_ = std::max(largest_energy_, modal_energy(*model_, drive_, state_).swinging());
   taken_.clear();
 }
 
-/// From where the modes are, everything that lags in balance.
-void KernelSteps::find_forces() {
+/// From where the modes are. @param in_balance what lags in supports, too; else it stays as it is
+void KernelSteps::find_forces(bool in_balance) {
   const std::size_t points = model_->points();
+  const auto stays = [&](std::size_t i) {
+    return !in_balance && !model_->support_lag.empty() && model_->support_lag[i] > 0.0;
+  };
   std::ranges::fill(state_.rest_force, 0.0);
-  std::ranges::fill(state_.give, 0.0);
+  std::vector<double> matrix = model_->closed_compliance();
   std::vector<double> gaps(points);
+  bool any = false;
   for (std::size_t i = 0; i < points; ++i) {
+    any = any || stays(i);
+    matrix[i * points + i] -= stays(i) ? model_->give[i] : 0.0;
+    state_.give[i] = stays(i) ? state_.give[i] : 0.0;
     gaps[i] = gap(state_, i);
   }
-  closed_.solve(gaps, state_.force);
+  if (any) {
+    Complementarity{std::move(matrix), points}.solve(gaps, state_.force);
+  } else {
+    closed_.solve(gaps, state_.force);
+  }
   state_.rest_force = state_.force;
   for (std::size_t i = 0; i < points; ++i) {
-    state_.give[i] = model_->give[i] * state_.force[i];
+    state_.give[i] = stays(i) ? state_.give[i] : model_->give[i] * state_.force[i];
     state_.touches[i] = state_.force[i] > 0.0 || gaps[i] <= 0.0 ? 1 : 0;
   }
 }
 
 void KernelSteps::turn(const Drive& drive, bool jump) {
   drive_ = drive;
-  // What lags keeps its forces; elsewhere a jump moves the line, and its forces with it.
-  if (jump && model_->rest_lag == 0.0 && model_->support_lag.empty()) {
-    find_forces();
+  // What lags stays as it is; elsewhere a jump moves the line, and its forces with it.
+  if (jump && model_->rest_lag == 0.0) {
+    find_forces(false);
   }
 }
 

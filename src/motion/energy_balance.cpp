@@ -39,8 +39,13 @@ EnergyBalance::EnergyBalance(Equations& equations, const ContactState& contact, 
              std::ranges::any_of(contact.supports(),
                                  [](const Support& support) { return support.motion || support.elastic(); })} {}
 
-void EnergyBalance::start(const LineState& line, std::span<const double> position, std::span<const double> velocity) {
-  ledger_ = equations_->energy(line, position, velocity);
+void EnergyBalance::start(const Row& row, const DenseOutput& step) {
+  ledger_ = equations_->energy(row.line, row.masses.position, row.masses.velocity);
+  if (flows_) {
+    double springs = step.flow(row.time).stored + contact_->spring_energy(row.time, row.masses.position);
+    MPI_Allreduce(MPI_IN_PLACE, &springs, 1, MPI_DOUBLE, MPI_SUM, equations_->points().comm());
+    ledger_.support_springs += springs;
+  }
   ledger_.initial = ledger_.total();
   ledger_.initial_potential = ledger_.load_potential;
 }

@@ -1,11 +1,22 @@
 #include "tools/timing.hpp"
 
 #include <mpi.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <vector>
 
 namespace udar::bench {
+
+double cpu_seconds(MPI_Comm comm) {
+  constexpr double kMicro = 1e-6;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  double seconds = static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+                   kMicro * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+  MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_SUM, comm);
+  return seconds;
+}
 
 void sample(MPI_Comm comm, const std::vector<Timed*>& all, long repeats, double shortest) {
   for (Timed* timed : all) {

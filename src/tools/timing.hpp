@@ -28,6 +28,9 @@ struct Timed {
   }
 };
 
+/// CPU time that all ranks together have spent so far, start of the program included [s]. @note Collective.
+[[nodiscard]] double cpu_seconds(MPI_Comm comm);
+
 /// Takes samples of all in turn, so that they meet the same state of the machine.
 /// @param shortest seconds of a sample: well above the clock's and the barrier's; where ranks share cores, above the
 /// slices the kernel gives them

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "tools/batch.hpp"
+#include "tools/contact_table.hpp"
 #include "tools/integrators.hpp"
 #include "tools/machine.hpp"
 #include "tools/output.hpp"
@@ -39,12 +40,13 @@ using bench::Triad;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy, integrators, machine, batch, output };
+enum class Kind { solve, accuracy, integrators, machine, batch, contact, output };
 constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
                             std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
                             std::pair<const char*, Kind>{"integrators", Kind::integrators},
                             std::pair<const char*, Kind>{"machine", Kind::machine},
                             std::pair<const char*, Kind>{"batch", Kind::batch},
+                            std::pair<const char*, Kind>{"contact", Kind::contact},
                             std::pair<const char*, Kind>{"output", Kind::output}};
 
 /// A way to solve the line: its name, its formulation and its solver options.
@@ -369,6 +371,13 @@ void refuse_correction(const app::ModeChoice& exact) {
   }
 }
 
+/// For what has no filter, or takes its own.
+void forget_frequency(PetscBool given) {
+  if (given == PETSC_FALSE) {
+    UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+  }
+}
+
 int run_bench(MPI_Comm comm) {
   app::register_types();
   petsc::check_petsc_options();
@@ -389,6 +398,7 @@ int run_bench(MPI_Comm comm) {
   PetscInt beams = 100;
   std::string directory = ".";
   PetscInt ranks_per_beam = 1;
+  bench::ContactLists lists;
   std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
   {
     petsc::OptionGroup group{comm, "Benchmark (of the beam and filter below; -filter_frequency is 50 unless given)"};
@@ -398,6 +408,8 @@ int run_bench(MPI_Comm comm) {
         "table of error and time by form and size; integrators: tables of error and work of -ts_type "
         "chebyshev, impact, rk and a leapfrog on the steel beam of example 01; machine: what the ranks can do "
         "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON; "
+        "contact: tables of error and work of all methods on the beam of example 02, or on the case of the options, "
+        "and contact.csv, contact.json; "
         "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
     group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
@@ -412,14 +424,19 @@ int run_bench(MPI_Comm comm) {
                   "batch: beams; the initial height rises by a tenth from the first to the last");
     group.integer("-bench_group", ranks_per_beam, petsc::at_least(1),
                   "batch: ranks that share a beam, a divisor of all");
-    group.string("-bench_directory", directory, "output: existing folder for the two files, which are removed");
+    group.string("-bench_directory", directory,
+                 "existing folder; output: for the two files, which are removed; contact: for contact.csv and "
+                 "contact.json");
     group.choices<Rival>("-bench_petsc", rivals, kRivals, "PETSc's solvers that -bench_kind solve compares with");
+    lists.read(group);
   }
-  if (kind == Kind::machine && !petsc::Session::help_requested()) {
-    if (frequency_given == PETSC_FALSE) {
-      UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+  if ((kind == Kind::machine || kind == Kind::contact) && !petsc::Session::help_requested()) {
+    forget_frequency(frequency_given);
+    if (kind == Kind::machine) {
+      bench::machine(comm, static_cast<std::size_t>(largest), repeats);
+    } else {
+      bench::contact(comm, lists, directory, repeats);
     }
-    bench::machine(comm, static_cast<std::size_t>(largest), repeats);
     petsc::check_unknown_options(comm);
     return 0;
   }

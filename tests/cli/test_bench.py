@@ -2,6 +2,7 @@
 # size: medium
 """udar-bench prints what its manual says, and its figures hang together."""
 
+import csv
 import json
 import os
 import pathlib
@@ -159,6 +160,72 @@ class Batch(unittest.TestCase):
             result = bench(*self.CASE, "-bench_group", group, ranks=ranks)
             self.assertEqual(result.returncode, 1)
             self.assertIn("-bench_group", result.stderr)
+
+
+class Contact(unittest.TestCase):
+    def test_work_and_precision(self):
+        with tempfile.TemporaryDirectory() as folder:
+            result = bench("-bench_kind", "contact", "-bench_stiffness", "2e9", "-bench_methods",
+                           "masses-impact,line-impact,line-chebyshev,unfiltered,modal", "-bench_frequencies", "400",
+                           "-bench_steps", "4e-4", "-bench_modes", "16,24,32", "-bench_reference", "44,48",
+                           "-bench_repeats", "1", "-bench_directory", folder)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            table = json.loads(pathlib.Path(folder, "contact.json").read_text())["tables"][0]
+            with open(pathlib.Path(folder, "contact.csv"), newline="") as file:
+                rows = list(csv.DictReader(file))
+        self.assertEqual(table["stiffness"], 2e9)
+        # Of another code, N = 160 and a continuous beam (docs/verification.md).
+        truth = table["reference"]
+        self.assertAlmostEqual(truth["second_landing"], 0.67620, delta=2e-5)
+        self.assertAlmostEqual(truth["rebound"], 0.7267, delta=3e-4)  # of which the mesh has two thirds
+        self.assertAlmostEqual(truth["lowest_at_0"], -3.20e-2, delta=1e-4)
+        self.assertAlmostEqual(truth["lowest_at_5"], -3.674e-2, delta=1e-4)
+        for name in ("second_landing", "rebound"):
+            self.assertLess(truth[f"scatter_of_{name}"], 1e-5, name)
+        found = {(row["method"], row["parameter"]): row for row in table["rows"]}
+        self.assertEqual([row["method"] for row in rows], [row["method"] for row in table["rows"]])
+        self.assertEqual(len(result.stdout.strip().splitlines()), 3 + len(rows))
+        for row, of_csv in zip(table["rows"], rows):
+            self.assertEqual(row["refusal"], "")
+            self.assertEqual(float(of_csv["rebound"]), row["rebound"])
+            self.assertAlmostEqual(abs(row["rebound"] - truth["rebound"]), row["error_of_rebound"], places=12)
+            self.assertGreater(row["stepping_cpu_seconds"] + row["set_up_cpu_seconds"], 0.0)
+            if row["method"] != "unfiltered":  # whose springs take and give within a step
+                self.assertLess(abs(row["energy_drift"]), 1e-4, row["method"])
+        modes = [found["modal", count] for count in ("16", "24", "32")]
+        for coarse, fine in zip(modes, modes[1:]):
+            self.assertLess(fine["distance"], 0.5 * coarse["distance"])
+        self.assertLess(modes[-1]["distance"], 1e-4)
+        self.assertLess(modes[-1]["line_solves"], 100)
+        self.assertGreater(found["unfiltered", "0.0004"]["line_solves"], 3000)
+        self.assertGreater(found["unfiltered", "0.0004"]["distance"], 10.0 * modes[-1]["distance"])
+        # Each change of contact exactly against sweeps over steps.
+        self.assertLess(4 * found["line-chebyshev", "400"]["line_solves"],
+                        found["line-impact", "400"]["line_solves"])
+
+    def test_what_a_method_does_not_know_is_told(self):
+        with tempfile.TemporaryDirectory() as folder:
+            result = bench("-bench_kind", "contact", "-bench_stiffness", "1e7", "-bench_methods",
+                           "line-chebyshev,unfiltered", "-bench_frequencies", "200", "-bench_steps", "4e-4",
+                           "-bench_reference", "8", "-bench_neighbours", "1", "-beam_elements", "40",
+                           "-support_position", "5", "-support_width", "4", "-ts_max_time", "0.5",
+                           "-bench_directory", folder)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            refused, run = json.loads(pathlib.Path(folder, "contact.json").read_text())["tables"][0]["rows"]
+        self.assertIn("8 contact points", refused["refusal"])
+        self.assertIn("8 contact points", result.stdout)
+        self.assertIsNone(refused["line_solves"])
+        self.assertEqual(run["refusal"], "")
+        self.assertIsNone(run["second_landing"])  # after the end
+        self.assertGreaterEqual(run["line_solves"], 1250)
+        self.assertGreater(run["distance"], 0.0)
+
+    def test_lists_stand_for_options(self):
+        for key, value in (("-filter_frequency", "100"), ("-support_stiffness", "1e9"), ("-ts_type", "modal")):
+            result = bench("-bench_kind", "contact", key, value)
+            self.assertEqual(result.returncode, 1)
+            for word in (key, value, "-bench_"):
+                self.assertIn(word, result.stderr)
 
 
 class Output(unittest.TestCase):

@@ -143,7 +143,7 @@ struct Balanced {
 
   Balanced() {
     fall.equations.evaluate(0.0, masses.position, line, true);
-    balance.start(line, masses.position, masses.velocity);
+    balance.start({.time = 0.0, .step_begin = 0.0, .line = line, .masses = masses}, Still{2.0});
   }
   void row(double time) {
     fall.equations.evaluate({time, 0.0}, masses.position, line, true);

@@ -6,9 +6,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -122,6 +125,89 @@ TEST(KernelSteps, ApproachExactPhases) {
     last = error;
   }
   EXPECT_LE(last, 1e-6);  // [m]
+}
+
+double gap_of(const ReducedModel& model, const Drive& drive, const ModalState& state, std::size_t point) {
+  const auto row = model.row_of(point);
+  double gap = drive.offset_at(point, state.time) + state.give[point];
+  gap += std::inner_product(row.begin(), row.end(), state.amplitude.begin(), 0.0);
+  for (std::size_t j = 0; j < model.points(); ++j) {
+    gap += model.compliance[point * model.points() + j] * state.rest_force[j];
+  }
+  return gap;
+}
+
+/// Work of contact forces on gaps from a time to `now`, [r'g] - int r'' g dt of forces that are linear between.
+double work_on_gaps(const ReducedModel& model, const Drive& drive, const KernelSteps& motion, const ModalState& from) {
+  const ModalState& end = motion.now();
+  const double length = end.time - from.time;
+  double work = 0.0;
+  for (std::size_t i = 0; i < model.points(); ++i) {
+    work += end.force[i] * gap_of(model, drive, end, i) - from.force[i] * gap_of(model, drive, from, i);
+    // Gauss's rule of five points; gaps hardly swing within a step.
+    constexpr std::array<std::array<double, 2>, 5> kRule{{{0.5, 64.0 / 225.0},
+                                                          {0.2307653449471584545, 0.2393143352496832340},
+                                                          {0.7692346550528415455, 0.2393143352496832340},
+                                                          {0.0469100770306680036, 0.1184634425280945438},
+                                                          {0.9530899229693319964, 0.1184634425280945438}}};
+    for (const auto& [place, weight] : kRule) {
+      const ModalState within = motion.at(from.time + place * length);
+      work -= weight * (end.force[i] - from.force[i]) * gap_of(model, drive, within, i);
+    }
+  }
+  return work;
+}
+
+TEST(KernelSteps, WhatTheBalanceMissesIsTheWorkOnGaps) {
+  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  model.ratio.assign(6, 0.02);
+  model.support_lag = {1e-4, 0.0, 2e-4, 1e-4};
+  for (const double lag : {0.0, 1e-4}) {
+    model.rest_lag = lag;
+    auto [state, drive] = tilted();
+    drive.retreat.assign(4, {0.0, 0.1, -2.0, 5.0});
+    KernelSteps motion{model, 1e6};  // never refuses a step
+    motion.start(state, drive);
+    double wrong = 0.0;
+    double missed = 0.0;
+    int compared = 0;
+    while (motion.now().time < 0.1) {
+      const ModalState from = motion.now();
+      const std::size_t before = motion.count();
+      const double end = motion.advance(from.time + 2e-5);
+      if (motion.count() != before + 1) {
+        continue;  // a flight and what follows
+      }
+      const ModalFlow flow = motion.flow(end);
+      const double gained = modal_energy(model, drive, motion.now()).total() - modal_energy(model, drive, from).total();
+      const double balance = gained + flow.radiated + flow.in_supports + flow.in_modes - flow.support_work;
+      ModalState begun = motion.at(from.time);  // with the force that a touch jumps to
+      wrong = std::max(wrong, std::abs(balance - work_on_gaps(model, drive, motion, begun)));
+      missed = std::max(missed, std::abs(balance));
+      ++compared;
+    }
+    const double energy = modal_energy(model, drive, state).swinging();
+    EXPECT_GT(compared, 1000);
+    EXPECT_GT(missed, 1e-6 * energy) << lag;
+    EXPECT_LT(wrong, 1e-12 * energy) << lag;
+  }
+}
+
+TEST(KernelSteps, MirrorImagesTouchTogether) {
+  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  model.rest_lag = 1e-4;
+  auto [state, drive] = tilted();
+  state.velocity[1] = 0.0;
+  drive.offset.assign(4, 0.0);
+  KernelSteps motion{model, 1e-4};
+  motion.start(state, drive);
+  while (motion.now().time < 0.2) {
+    motion.advance(0.2);
+    EXPECT_NEAR(motion.now().force[0], motion.now().force[3], 1e-3);
+    EXPECT_NEAR(motion.now().force[1], motion.now().force[2], 1e-3);
+  }
+  EXPECT_NEAR(motion.now().amplitude[1], 0.0, 1e-12);
+  EXPECT_NEAR(motion.now().amplitude[3], 0.0, 1e-12);
 }
 
 TEST(KernelSteps, WithinAStepIsWhatTheStepSays) {

@@ -10,10 +10,12 @@
 #include <numbers>
 #include <vector>
 
+#include "support/dense.hpp"
 #include "support/reduced_table.hpp"
 #include "udar/modal/exact_phases.hpp"
 #include "udar/modal/oscillator.hpp"
 #include "udar/modal/reduced_model.hpp"
+#include "udar/numerics/symmetric_eigen.hpp"
 
 namespace udar {
 namespace {
@@ -122,6 +124,53 @@ TEST(ExactPhases, MirrorImagesTouchTogether) {
   EXPECT_GT(motion.count(), 4U);
   // A landing makes rounding some hundred times larger.
   EXPECT_NEAR(motion.now().amplitude[1], 0.0, 1e-12);
+}
+
+/// Eigenvalues of Lambda + b_S'(W + 1/K)_S^-1 b_S, the last.
+double fastest_squared(const ReducedModel& model, unsigned touching) {
+  const std::size_t modes = model.modes();
+  std::vector<std::size_t> set;
+  for (std::size_t i = 0; i < model.points(); ++i) {
+    if ((touching >> i & 1U) != 0) {
+      set.push_back(i);
+    }
+  }
+  const std::vector<double> closed = model.closed_compliance();
+  test::Dense compliance{set.size()};
+  for (std::size_t a = 0; a < set.size(); ++a) {
+    for (std::size_t b = 0; b < set.size(); ++b) {
+      compliance(a, b) = closed[set[a] * model.points() + set[b]];
+    }
+  }
+  std::vector<double> matrix(modes * modes);
+  for (std::size_t m = 0; m < modes; ++m) {
+    std::vector<double> moved(set.size());
+    std::ranges::transform(set, moved.begin(), [&](std::size_t i) { return model.row_of(i)[m]; });
+    const std::vector<double> force = set.empty() ? std::vector<double>{} : test::solve(compliance, moved);
+    for (std::size_t n = 0; n < modes; ++n) {
+      matrix[m * modes + n] = m == n ? model.frequency[m] * model.frequency[m] : 0.0;
+      for (std::size_t a = 0; a < set.size(); ++a) {
+        matrix[m * modes + n] += model.row_of(set[a])[n] * force[a];
+      }
+    }
+  }
+  std::vector<double> values(modes);
+  symmetric_eigen(matrix, values);
+  return values.back();
+}
+
+TEST(ReducedModel, NoFrequencyIsAboveItsBound) {
+  for (const double give : {0.0, 1e-9, 1e-8, 1e-6}) {
+    const ReducedModel model = test::table_on_supports(give, kMass);
+    const double bound = model.frequency_bound();
+    double fastest = 0.0;
+    for (unsigned touching = 0; touching < 16; ++touching) {
+      fastest = std::max(fastest, std::sqrt(fastest_squared(model, touching)));
+    }
+    EXPECT_LE(fastest, bound * (1.0 + 1e-12)) << give;
+    // Weyl's inequality adds the largest of both: no more than sqrt(2) in all.
+    EXPECT_GE(fastest, bound / std::numbers::sqrt2) << give;
+  }
 }
 
 TEST(Oscillator, SeriesAndSinesAgree) {

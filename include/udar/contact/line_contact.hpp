@@ -34,13 +34,16 @@ class LineContact {
   static constexpr std::size_t kDensePoints = 100;
 
   /// @param dense_points more contact points than these under one support are many
-  /// @note Collective: few points, a line solve for each and one reduction.
+  /// @note Collective: with a filter as `make_ready`.
   /// @throws InputError as `ObstacleForces` for many, and for supports that yield or are damped
   LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points = kDensePoints);
+  /// @brief Makes what `solve` and `problem` or `many` need, unless it is there; without filter nobody may need it.
+  /// @note Collective: few points, a line solve for each and one reduction.
+  void make_ready();
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return line_->points().comm(); }
   [[nodiscard]] bool on_first_rank() const noexcept { return line_->points().begin() == 0; }
-  [[nodiscard]] bool dense() const noexcept { return many_ == nullptr; }
+  [[nodiscard]] bool dense() const noexcept { return dense_; }
   /// Dense: those of all ranks, in this order on each; else this rank's. Ascending by node.
   [[nodiscard]] std::span<const LinePoint> points() const noexcept { return points_; }
 
@@ -105,6 +108,7 @@ class LineContact {
   void add_responses(std::span<const double> force, std::span<double* const> stretch) const;
 
   FilteredStructure* line_;
+  bool dense_;
   std::vector<LinePoint> points_;
   std::vector<std::size_t> mine_;  // points on this rank's nodes
   std::optional<Complementarity> problem_;

@@ -16,7 +16,8 @@
 
 namespace udar {
 
-/// @brief Refuses masses that start beyond a support. @param sets nodes under supports, whoever touches
+/// @brief Refuses masses that start beyond a support, but for springs that hold the line: they are pressed then.
+/// @param sets nodes under supports, whoever touches
 /// @note Collective. @throws InputError naming support, place and depth
 void refuse_overlap(const MassPoints& points, const ContactState& contact, std::span<const ContactSet> sets,
                     const MassState& masses);

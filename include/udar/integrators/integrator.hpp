@@ -34,6 +34,9 @@ class Integrator : public DenseOutput {
   /// What it knows of the things that not all integrators know.
   [[nodiscard]] virtual Features can() const = 0;
 
+  /// @brief Before the first row: brings the state of the TS to what follows at once from where the masses are put.
+  /// @note Collective.
+  virtual void settle() {}
   /// @brief Takes up the motion at the state of the TS and of contact. @param line where the line stands there
   /// @note Collective.
   virtual void start(const LineState& line) = 0;

@@ -85,7 +85,7 @@ class KernelSteps final : public ModalMotion {
   [[nodiscard]] Stride stride(double length) const;
   [[nodiscard]] Stride& stride_of(int level);
   [[nodiscard]] bool flies() const;
-  void find_forces();
+  void find_forces(bool in_balance);
   void land();
   void fly(double until);
   void step(double until);

@@ -55,6 +55,7 @@ class ModalBasis {
   void find_rigid();
   void find_flexible(PetscInt count);
   void remove_modes(std::vector<double>& values) const;
+  [[nodiscard]] std::vector<double> static_under(std::vector<double> rest);
 
   FilteredStructure line_;
   std::vector<double> frequency_;

@@ -37,8 +37,9 @@ class EnergyBalance {
   /// At the last row.
   [[nodiscard]] const EnergyLedger& ledger() const noexcept { return ledger_; }
 
-  /// @brief Takes the state at t = 0 as that from which heights, work and losses count. @note Collective.
-  void start(const LineState& line, std::span<const double> position, std::span<const double> velocity);
+  /// @brief Takes the state at t = 0, springs that are pressed there included, as that from which heights, work and
+  /// losses count. @param step before it is taken @note Collective.
+  void start(const Row& row, const DenseOutput& step);
 
   /// @brief Minus the integral of dF/dt' Yc from the start of the step to a time within it [J], this rank's share: what
   /// changing loads bring in. @note Collective.

@@ -61,7 +61,7 @@ class Extremes:
 @dataclasses.dataclass
 class Run:
     folder: pathlib.Path
-    filter_frequency: float
+    filter_frequency: float   # nan: modes alone move
     options: dict    # keys without dash
     summary: dict    # summary.json; empty before the end
     elements: int    # 0: imported matrices, whose points do not follow each other along a line
@@ -293,11 +293,13 @@ def read_run(folder, with_fields):
                 raise UserError(f"{path}: /x has fewer than two nodes")
             summary = read_summary(folder / "summary.json")
             finished = bool(summary)
+            options = read_options(file)
+            by_modes = options.get("ts_type") == "modal" and "filter_frequency" not in file.attrs
             run = Run(
                 folder=folder,
-                options=read_options(file),
+                options=options,
                 summary=summary,
-                filter_frequency=float(np.ravel(file.attrs["filter_frequency"])[0]),
+                filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
                 elements=int(np.ravel(file.attrs["elements"])[0]),
                 x=x,
                 gauge_node=np.atleast_1d(file["gauge_node"][()]).astype(int),

@@ -107,7 +107,8 @@ class SupportLists {
         "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
         "without velocities no height leaves the range of the two rows around it");
     stiffness_.read(group, "N/m", petsc::positive_or_infinite(),
-                    "spring of a support, shared by the masses it touches; it only presses; inf: rigid");
+                    "spring of a support, shared by the masses it touches; it only presses, on the line from the start "
+                    "where -support_height is in the beam; inf: rigid");
     damping_.read(group, "N s/m", petsc::non_negative(),
                   "damper beside that spring, for all of the support; pressing alone; none on -contact_surface line");
   }
