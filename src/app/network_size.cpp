@@ -17,10 +17,10 @@ NetworkSize size_of(const Network& network) {
   std::ostringstream text;
   text.precision(4);
   constexpr std::array kAxes{std::pair{"x ", &Place::x}, std::pair{", y ", &Place::y}, std::pair{", z ", &Place::z}};
-  for (const auto& [name, along] : kAxes) {
+  for (const auto& [name, axis] : kAxes) {
     const auto [least, most] = std::ranges::minmax(
-        parameters.junctions, {}, [along = along](const Junction& junction) { return junction.place.*along; });
-    text << name << least.place.*along << " to " << most.place.*along << " m";
+        parameters.junctions, {}, [along = axis](const Junction& junction) { return junction.place.*along; });
+    text << name << least.place.*axis << " to " << most.place.*axis << " m";
   }
   size.extent = text.str();
   return size;

@@ -194,7 +194,8 @@ MemberKeys read_member_keys(YamlThing& thing, const NameTable& sections, bool of
   if (const auto section = thing.text("section")) {
     keys.section = {sections.find(thing, *section), section->mark};
   }
-  if ((keys.orientation = read_place(thing, "orientation"))) {
+  keys.orientation = read_place(thing, "orientation");
+  if (keys.orientation) {
     const auto& [x, y, z] = keys.orientation->value;
     if (x == 0.0 && y == 0.0 && z == 0.0) {
       thing.refuse(keys.orientation->mark, "orientation: a vector of length 0 is not allowed; leave the key out");

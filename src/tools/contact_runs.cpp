@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <vector>
@@ -175,9 +176,7 @@ ContactRun run_contact(MPI_Comm comm, const petsc::Options& options, long repeat
     dynamics.add_observer(sampler);
     dynamics.add_observer(landings);
     dynamics.solve();
-    for (const Place& gauge : input.gauges) {
-      run.gauges.push_back(gauge.x);
-    }
+    std::ranges::transform(input.gauges, std::back_inserter(run.gauges), &Place::x);
     run.drift = dynamics.energy().drift();
     judge(input, sampler.samples(), landings.all(), run);
   });
