@@ -132,6 +132,11 @@ void FilteredStructure::configure_solver() {
 
 void FilteredStructure::solve(std::span<const double> mass_displacement, std::span<const double> force,
                               std::span<double> stretch, std::span<double> moment) {
+  if (!moment.empty() && moment.size() != mass().size() * operator_->internal_numbers()) {
+    throw InputError{"internal forces: room for " + std::to_string(moment.size()) +
+                     " numbers is not allowed, expected " +
+                     std::to_string(mass().size() * operator_->internal_numbers())};
+  }
   const FilterColumn column{.displacement = mass_displacement.data(),
                             .force = force.empty() ? nullptr : force.data(),
                             .stretch = stretch.data(),

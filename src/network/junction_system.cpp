@@ -357,12 +357,14 @@ void JunctionSystem::add_kept_diagonal(const std::vector<Entries>& diagonal) {
 }
 
 void JunctionSystem::forward(std::span<double> values, std::size_t columns) const {
-  const Columns all{first_.data(), rows_.data(), values_.data(), inverse_.front().data(), eliminated_};
+  const Columns all{first_.data(), rows_.data(), values_.data(), inverse_.empty() ? nullptr : inverse_.front().data(),
+                    eliminated_};
   forward_some(all, values.data(), columns);
 }
 
 void JunctionSystem::backward(std::span<double> values, std::size_t columns) const {
-  const Columns all{first_.data(), rows_.data(), values_.data(), transposed_.front().data(), eliminated_};
+  const Columns all{first_.data(), rows_.data(), values_.data(),
+                    transposed_.empty() ? nullptr : transposed_.front().data(), eliminated_};
   backward_some(all, values.data(), columns);
 }
 

@@ -20,6 +20,7 @@ UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
   if constexpr (Full) {
     value = *reinterpret_cast<const Loose*>(from);
   } else {
+    value = Pack{};
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
       value[lane] = from[lane < lanes ? lane : lanes - 1];
     }

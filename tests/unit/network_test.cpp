@@ -338,13 +338,14 @@ TEST(Network, CantileverStaysAtItsWall) {
   std::vector<double> displacement(points.coordinates(), 0.0);
   std::vector<double> force(points.coordinates(), 0.0);
   std::vector<double> stretch(points.coordinates());
-  std::vector<double> internal(points.coordinates());
-  displacement[0] = 0.5;  // the root's own mass, along y
+  std::vector<double> internal(2 * points.coordinates());  // rotations, then places of the line
+  displacement[0] = 0.5;                                   // the root's own mass, along y
   force[0] = 100.0;
   line.solve(displacement, force, stretch, internal);
   EXPECT_TRUE(points.fixed(0));
   EXPECT_EQ(stretch[0], -0.5);
   EXPECT_EQ(internal[0], 0.0);
+  EXPECT_EQ(internal[points.coordinates()], 0.0);
   for (std::size_t i = 1; i < stretch.size(); ++i) {
     EXPECT_EQ(stretch[i], 0.0) << "point " << i;
   }

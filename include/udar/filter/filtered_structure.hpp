@@ -43,9 +43,11 @@ class FilteredStructure {
   /// @param[in]  mass_displacement Ym minus the reference axis [m], one value per local node
   /// @param[in]  force             F [N], one value per local node; empty: none
   /// @param[out] stretch           d = Yc - Ym [m]
-  /// @param[out] moment            EI w'' [N m]; empty: not wanted
+  /// @param[out] moment            EI w'' [N m], of other structures `FilterOperator::internal_numbers` of each; empty:
+  /// not wanted
   /// @note Collective: a message to the neighbours, then what the solver needs.
-  /// @throws SolveError if the solver reports divergence (KSP's reason is named) or the residual check fails
+  /// @throws InputError if `moment` has another size; SolveError if the solver reports divergence (KSP's reason is
+  /// named) or the residual check fails
   void solve(std::span<const double> mass_displacement, std::span<const double> force, std::span<double> stretch,
              std::span<double> moment);
 

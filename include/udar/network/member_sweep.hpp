@@ -35,9 +35,6 @@ struct Placement {
   std::size_t lanes = 0;
   std::array<std::array<std::size_t, kLanes>, 2> slot{};  ///< of the junctions, in what goes in and out
   bool offsets = false;                                   ///< whether any arm is not zero
-};  ///< of the junctions, in what goes in and out
-std::array<std::array<Lanes, 3>, 2> offset;  ///< rigid arms, global axes [m]
-bool offsets = false;                        ///< whether any of them is not zero
 };
 
 /// @brief One column of what goes in and out.
