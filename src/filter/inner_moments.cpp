@@ -8,12 +8,10 @@ namespace udar {
 namespace {
 
 using Vector3 = std::array<double, 3>;
-using Matrix3 = std::array<Vector3, 3>;
+using Square3 = std::array<Vector3, 3>;
 
-constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};  // where values along x, y, z are
-
-Matrix3 part(const FrameElement::Matrix& matrix, std::size_t row, std::size_t column) {
-  Matrix3 result{};
+Square3 part(const FrameElement::Matrix& matrix, std::size_t row, std::size_t column) {
+  Square3 result{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       result[i][k] = matrix[row + i][column + k];
@@ -22,7 +20,7 @@ Matrix3 part(const FrameElement::Matrix& matrix, std::size_t row, std::size_t co
   return result;
 }
 
-Vector3 times(const Matrix3& matrix, const Vector3& vector) {
+Vector3 times(const Square3& matrix, const Vector3& vector) {
   Vector3 result{};
   for (std::size_t i = 0; i < 3; ++i) {
     result[i] = matrix[i][0] * vector[0] + matrix[i][1] * vector[1] + matrix[i][2] * vector[2];
@@ -30,8 +28,8 @@ Vector3 times(const Matrix3& matrix, const Vector3& vector) {
   return result;
 }
 
-Matrix3 inverse(const Matrix3& m) {
-  Matrix3 result{};
+Square3 inverse(const Square3& m) {
+  Square3 result{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t a = (k + 1) % 3;
@@ -137,7 +135,7 @@ void InnerMoments::eliminate(std::size_t index, const Loads& loads) const {
   const std::size_t inner = elements.count - 1;
   std::vector<Vector3> turned(inner + 2, Vector3{});  // by node; those of the ends stay where they are
   const auto at = [&](std::size_t node, std::size_t k) {
-    return kBlock.at(k) * nodes + network_->node(number, node).local;
+    return Network::kBlock.at(k) * nodes + network_->node(number, node).local;
   };
   for (std::size_t i = 1; i <= inner; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {

@@ -12,9 +12,6 @@
 namespace udar {
 namespace {
 
-/// Where the values of a node along x, y, z are, of blocks along y, x, z.
-constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};
-
 double component(const std::array<double, 3>& axis, const double* vector) {
   return axis[0] * vector[0] + axis[1] * vector[1] + axis[2] * vector[2];
 }
@@ -119,8 +116,8 @@ void NetworkOperator::visit_elements(std::span<const double> internal, const Vis
       }
       const std::size_t local = network_->node(number, i).local;
       for (std::size_t k = 0; k < 3; ++k) {
-        motion.at(k) = internal[points + kBlock.at(k) * nodes + local];
-        motion.at(3 + k) = internal[kBlock.at(k) * nodes + local];
+        motion.at(k) = internal[points + Network::kBlock.at(k) * nodes + local];
+        motion.at(3 + k) = internal[Network::kBlock.at(k) * nodes + local];
       }
       return motion;
     };
@@ -195,8 +192,8 @@ double NetworkOperator::strain_energy(std::span<const double> /*displacement*/,
   for (std::size_t i = 0; i < own.size(); ++i) {
     const std::array<double, 6>& spring = network_->parameters().junctions[own[i]].stiffness;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double moved = internal[points + kBlock.at(k) * nodes + i];
-      const double turned = internal[kBlock.at(k) * nodes + i];
+      const double moved = internal[points + Network::kBlock.at(k) * nodes + i];
+      const double turned = internal[Network::kBlock.at(k) * nodes + i];
       energy += 0.5 * (spring.at(k) * moved * moved + spring.at(3 + k) * turned * turned);
     }
   }

@@ -15,7 +15,7 @@ using network::Block;
 using network::JunctionSystem;
 using network::kLanes;
 using Real = long double;
-using Matrix3 = std::array<std::array<Real, 3>, 3>;
+using LongMatrix3 = std::array<std::array<Real, 3>, 3>;
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
@@ -27,7 +27,7 @@ std::array<std::array<Real, 6>, 6> to_end(const Axes& axes, const Place& offset)
   const Real x = offset.x;
   const Real y = offset.y;
   const Real z = offset.z;
-  const Matrix3 arm{{{0, z, -y}, {-z, 0, x}, {y, -x, 0}}};
+  const LongMatrix3 arm{{{0, z, -y}, {-z, 0, x}, {y, -x, 0}}};
   std::array<std::array<Real, 6>, 6> all{};
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {

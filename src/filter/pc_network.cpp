@@ -14,10 +14,10 @@
 namespace udar {
 namespace {
 
-constexpr const char* kComposed = "udar_network";
+constexpr const char* kComposedNetwork = "udar_network";
 
 const NetworkOperator* network_of(Mat matrix) {
-  return petsc::composed<NetworkOperator>(reinterpret_cast<PetscObject>(matrix), kComposed);
+  return petsc::composed<NetworkOperator>(reinterpret_cast<PetscObject>(matrix), kComposedNetwork);
 }
 
 class NetworkPreconditioner final : public petsc::Preconditioner {
@@ -135,7 +135,7 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
 }  // namespace
 
 void compose_network(Mat matrix, const NetworkOperator& network) {
-  petsc::compose(reinterpret_cast<PetscObject>(matrix), kComposed, network);
+  petsc::compose(reinterpret_cast<PetscObject>(matrix), kComposedNetwork, network);
 }
 
 PetscErrorCode register_pc_network() { return petsc::register_preconditioner<NetworkPreconditioner>(kPcNetwork); }

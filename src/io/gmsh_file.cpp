@@ -119,9 +119,9 @@ std::vector<std::string> values_of(const Names& names) {
 }
 
 /// Reads one file; every method throws Complaint.
-class Reader {
+class MeshReader {
  public:
-  explicit Reader(const std::string& path) : version_{version_of(path)}, plex_{read_plex(path, false)} {
+  explicit MeshReader(const std::string& path) : version_{version_of(path)}, plex_{read_plex(path, false)} {
     PetscInt dimension = 0;
     UDAR_CALL(DMGetDimension(plex_, &dimension));
     if (dimension != 1) {
@@ -303,7 +303,7 @@ LineMesh read_gmsh(MPI_Comm comm, const std::string& quantity, const std::string
       if (const std::string fault = fault_of_nodes(read_file(found)); !fault.empty()) {
         throw Complaint{": " + fault};
       }
-      mesh = Reader{found}.take();
+      mesh = MeshReader{found}.take();
       require_simple(mesh);
     } catch (const Complaint& complaint) {
       failure = quantity + ": '" + path + "'" + complaint.text;

@@ -16,9 +16,9 @@ namespace udar::io {
 namespace {
 
 /// One file; what it says of a mesh may be of one that another file is.
-class Reader {
+class NetworkReader {
  public:
-  Reader(MPI_Comm comm, const std::string& quantity, std::string path)
+  NetworkReader(MPI_Comm comm, const std::string& quantity, std::string path)
       : comm_{comm},
         path_{std::move(path)},
         document_{quantity + ": '" + path_ + "'", share_file(comm_, quantity, path_), "junctions: [...]"},
@@ -296,7 +296,7 @@ NetworkParameters read_network(MPI_Comm comm, const std::string& file, const std
       throw InputError{"network groups: the mesh '" + file +
                        "' needs them, a YAML file with sections and what each physical group means"};
     }
-    return Reader{comm, "network groups", groups}.read(file);
+    return NetworkReader{comm, "network groups", groups}.read(file);
   }
   if (!ends_in(".yaml") && !ends_in(".yml")) {
     throw InputError{"network file: '" + file + "' is not allowed, expected a name that ends in .yaml, .yml or .msh"};
@@ -305,7 +305,7 @@ NetworkParameters read_network(MPI_Comm comm, const std::string& file, const std
     throw InputError{"network groups: '" + groups + "' is not allowed with '" + file +
                      "', expected it with a mesh, whose name ends in .msh"};
   }
-  return Reader{comm, "network file", file}.read("");
+  return NetworkReader{comm, "network file", file}.read("");
 }
 
 }  // namespace udar::io

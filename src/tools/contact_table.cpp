@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 using petsc::Options;
 
 /// A method by its options; the rest are those of the case.
-struct Method {
+struct MethodRow {
   const char* name = nullptr;
   ContactMethod method = ContactMethod::modal;
   const char* parameter = nullptr;  ///< key of what is refined
@@ -35,13 +35,13 @@ struct Method {
   const char* tolerance = nullptr;  ///< null: the type's own
 };
 constexpr std::array kMethods{
-    Method{"masses-rk", ContactMethod::masses_rk, "-filter_frequency", "rk", "mass"},
-    Method{"masses-chebyshev", ContactMethod::masses_chebyshev, "-filter_frequency", "chebyshev", "mass", "1e-8"},
-    Method{"masses-impact", ContactMethod::masses_impact, "-filter_frequency", "impact", "mass"},
-    Method{"line-impact", ContactMethod::line_impact, "-filter_frequency", "impact", "line"},
-    Method{"line-chebyshev", ContactMethod::line_chebyshev, "-filter_frequency", "chebyshev", "line", "1e-4"},
-    Method{"unfiltered", ContactMethod::unfiltered, "-ts_dt", "moreau"},
-    Method{"modal", ContactMethod::modal, "-modal_modes", "modal"}};
+    MethodRow{"masses-rk", ContactMethod::masses_rk, "-filter_frequency", "rk", "mass"},
+    MethodRow{"masses-chebyshev", ContactMethod::masses_chebyshev, "-filter_frequency", "chebyshev", "mass", "1e-8"},
+    MethodRow{"masses-impact", ContactMethod::masses_impact, "-filter_frequency", "impact", "mass"},
+    MethodRow{"line-impact", ContactMethod::line_impact, "-filter_frequency", "impact", "line"},
+    MethodRow{"line-chebyshev", ContactMethod::line_chebyshev, "-filter_frequency", "chebyshev", "line", "1e-4"},
+    MethodRow{"unfiltered", ContactMethod::unfiltered, "-ts_dt", "moreau"},
+    MethodRow{"modal", ContactMethod::modal, "-modal_modes", "modal"}};
 
 /// What a case needs that does not say it.
 const Options kCase{{"-beam_elements", "160"},
@@ -94,7 +94,7 @@ double number_of(const std::string& key) {
   return value;
 }
 
-Options options_of(const Method& method, double value) {
+Options options_of(const MethodRow& method, double value) {
   Options options{{"-ts_type", method.type}, {method.parameter, text_of(value, "%.17g")}};
   if (method.method == ContactMethod::unfiltered) {
     options.emplace_back("-filter_frequency", "none");
@@ -116,7 +116,7 @@ Options options_of(const Method& method, double value) {
   return options;
 }
 
-std::vector<double> values_of(const Method& method, const ContactLists& lists) {
+std::vector<double> values_of(const MethodRow& method, const ContactLists& lists) {
   switch (method.method) {
     case ContactMethod::unfiltered:
       return lists.steps;
@@ -128,7 +128,7 @@ std::vector<double> values_of(const Method& method, const ContactLists& lists) {
 }
 
 /// A little finer than a value, the more so the farther the neighbour.
-double neighbour_of(const Method& method, double value, PetscInt number) {
+double neighbour_of(const MethodRow& method, double value, PetscInt number) {
   constexpr double kFiner = 0.02;
   const double factor = 1.0 + kFiner * static_cast<double>(number);
   switch (method.method) {
@@ -248,7 +248,7 @@ class RootMeanSquare {
 
 /// A run and its neighbours: errors are root mean squares over all of them, the rest is that of the run itself.
 /// @param[in] runs the run is the first
-Json row_of(const Method& method, double value, const std::vector<ContactRun>& runs, const Reference& truth) {
+Json row_of(const MethodRow& method, double value, const std::vector<ContactRun>& runs, const Reference& truth) {
   const ContactRun& run = runs.front();
   Json row{{"method", method.name}, {"parameter", text_of(value)}, {"refusal", run.refusal}};
   const bool done = run.refusal.empty();
@@ -355,7 +355,7 @@ Json table(MPI_Comm comm, const ContactLists& lists, double stiffness, long repe
   }
   UDAR_CALL(PetscPrintf(comm, "%s%s\n", padded("reference", 28).c_str(), line_of(shown, mean, names).c_str()));
   for (const ContactMethod asked : lists.methods) {
-    const Method& method = *std::ranges::find(kMethods, asked, &Method::method);
+    const MethodRow& method = *std::ranges::find(kMethods, asked, &MethodRow::method);
     std::string told;
     for (const double value : values_of(method, lists)) {
       std::vector<ContactRun> runs{run_contact(comm, options_of(method, value), repeats)};
@@ -405,7 +405,7 @@ std::string write_file(const std::string& path, const std::string& text) {
 void ContactLists::read(petsc::OptionGroup& group) {
   std::vector<std::pair<const char*, ContactMethod>> names;
   std::ranges::transform(kMethods, std::back_inserter(names),
-                         [](const Method& method) { return std::pair{method.name, method.method}; });
+                         [](const MethodRow& method) { return std::pair{method.name, method.method}; });
   group.choices<ContactMethod>("-bench_methods", methods, names,
                                "contact: masses or the line that touch by an integrator, the unfiltered beam, modes");
   group.reals("-bench_stiffness", stiffness, "N/m", petsc::positive_or_infinite(),

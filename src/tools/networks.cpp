@@ -22,13 +22,13 @@ namespace {
 
 constexpr std::size_t kColumns = 4;
 
-struct Kind {
+struct Regular {
   const char* name;
   std::array<std::size_t, 3> junctions;
 };
 
 /// Steel, rectangles of 0.1 by 0.05 m, members of 1 m.
-NetworkParameters network_of(const Kind& kind, std::size_t elements) {
+NetworkParameters network_of(const Regular& kind, std::size_t elements) {
   MemberSection section{.name = "bar", .youngs_modulus = 2.1e11, .shear_modulus = 8.1e10, .density = 7850.0};
   give_shape(section, {.kind = MemberShape::Kind::rectangle, .width = 0.05, .height = 0.1}, false);
   return regular_network({.junctions = kind.junctions, .elements = elements, .section = section});
@@ -86,7 +86,8 @@ nlohmann::ordered_json beside(MPI_Comm comm, Solved& members, Solved& other, lon
   return ratios;
 }
 
-nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t elements, const NetworkBench& bench) {
+nlohmann::ordered_json measured_network(MPI_Comm comm, const Regular& kind, std::size_t elements,
+                                        const NetworkBench& bench) {
   const double filter_frequency = bench.filter_frequency;
   const long repeats = bench.repeats;
   int rank = 0;
@@ -136,12 +137,12 @@ nlohmann::ordered_json measured(MPI_Comm comm, const Kind& kind, std::size_t ele
 }  // namespace
 
 void networks(MPI_Comm comm, const NetworkBench& bench) {
-  constexpr std::array kKinds{Kind{"grillage 10 x 10", {10, 1, 10}}, Kind{"grillage 30 x 30", {30, 1, 30}},
-                              Kind{"lattice 8 x 8 x 8", {8, 8, 8}}};
+  constexpr std::array kRegular{Regular{"grillage 10 x 10", {10, 1, 10}}, Regular{"grillage 30 x 30", {30, 1, 30}},
+                                Regular{"lattice 8 x 8 x 8", {8, 8, 8}}};
   nlohmann::ordered_json result;
-  for (const Kind& kind : std::span{kKinds}.first(bench.quick ? 1 : kKinds.size())) {
+  for (const Regular& kind : std::span{kRegular}.first(bench.quick ? 1 : kRegular.size())) {
     for (const std::size_t elements : {4U, 16U, 64U}) {
-      result.push_back(measured(comm, kind, elements, bench));
+      result.push_back(measured_network(comm, kind, elements, bench));
     }
   }
   UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));

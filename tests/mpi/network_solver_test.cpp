@@ -338,5 +338,40 @@ TEST(NetworkSolver, PassesTheResidualCheckAndTheBalanceOfForces) {
   EXPECT_NEAR(2.0 * energy, work, 1e-11 * energy);
 }
 
+/// A clamped member under forces at its free end, on filter springs that carry 2e-5 of them.
+TEST(NetworkSolver, GivesTheForcesOfMembers) {
+  constexpr double kAlong = 700.0;
+  constexpr double kUp = 40.0;
+  constexpr double kAcross = 25.0;
+  const double length = 2.0;
+  NetworkParameters given = test::turned_beam(length, 5);
+  given.junctions[0].held.fill(true);
+  const Network network{PETSC_COMM_SELF, given};
+  FilteredStructure line{network, {.filter_frequency = 0.5, .check_interval = 1}};
+  std::vector<double> by_node(3 * network.total_nodes(), 0.0);
+  by_node[3] = kAlong;  // at junction 1
+  by_node[4] = kUp;
+  by_node[5] = kAcross;
+  const std::vector<double> force = dealt(network, by_node);
+  const std::vector<double> still(force.size(), 0.0);
+  std::vector<double> stretch(force.size());
+  std::vector<double> internal(2 * force.size());
+  line.solve(still, force, stretch, internal);
+  const FilterOperator& filter = line.filter_operator();
+  std::vector<double> values(filter.internal_fields().size() * force.size());
+  filter.internal_values(internal, values);
+  const auto field = [&](std::size_t number, std::size_t element) { return values[number * force.size() + element]; };
+  constexpr double kSprings = 1e-4;  // what they carry, and more
+  for (std::size_t element = 0; element < 5; ++element) {
+    const double arm = length * (1.0 - static_cast<double>(element) / 5.0);  // of its first end
+    EXPECT_NEAR(field(0, element), kAlong, kSprings * kAlong);
+    EXPECT_NEAR(field(1, element), kUp, kSprings * kUp);
+    EXPECT_NEAR(field(2, element), kAcross, kSprings * kAcross);
+    EXPECT_NEAR(field(3, element), 0.0, 1e-9);
+    EXPECT_NEAR(field(4, element), -kAcross * arm, kSprings * kAcross * arm);
+    EXPECT_NEAR(field(5, element), kUp * arm, kSprings * kUp * arm);
+  }
+}
+
 }  // namespace
 }  // namespace udar

@@ -114,12 +114,12 @@ Matrix6 to_end(const Axes& axes, const Place& offset) {
 }
 
 /// A dense symmetric positive definite system.
-struct Dense {
+struct QuadSystem {
   std::size_t size;
   std::vector<Quad> matrix;  // lower triangle, row by row
   std::vector<Quad> right;
 
-  explicit Dense(std::size_t n) : size{n}, matrix(n * n, Quad{0}), right(n, Quad{0}) {}
+  explicit QuadSystem(std::size_t n) : size{n}, matrix(n * n, Quad{0}), right(n, Quad{0}) {}
   void solve() {
     const auto at = [this](std::size_t i, std::size_t j) -> Quad& { return matrix[i * size + j]; };
     for (std::size_t j = 0; j < size; ++j) {
@@ -152,7 +152,7 @@ struct Chain {
     Matrix6 before;  // own row: of the node before it
     Matrix6 last;    // and of the second end
     Vector6 right;
-    Dense diagonal{6};
+    QuadSystem diagonal{6};
   };
   std::vector<Matrix12> elements;
   std::vector<Vector6> loads;  // of the inner nodes
@@ -165,7 +165,7 @@ struct Chain {
   [[nodiscard]] std::vector<Vector6> substitute(const Vector6& first, const Vector6& last) const;
 };
 
-Vector6 solved(Dense factor, const Vector6& right) {
+Vector6 solved(QuadSystem factor, const Vector6& right) {
   std::ranges::copy(right, factor.right.begin());
   factor.solve();
   Vector6 result;
@@ -364,7 +364,7 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
       kind[pack.member[lane]] = pack.kind;
     }
   }
-  Dense system{6 * junctions};
+  QuadSystem system{6 * junctions};
   std::vector<Chain> chains;
   std::size_t node = junctions;
   for (std::size_t number = 0; number < parameters.members.size(); ++number) {

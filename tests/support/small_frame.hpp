@@ -82,7 +82,8 @@ inline NetworkParameters small_house(const Turn& turn = {}) {
   house.sections[1].area = 2e-3;
   for (const double y : {0.0, 2.0}) {
     for (const auto& [x, z] : {std::pair{0.0, 0.0}, {3.0, 0.2}, {3.2, 2.5}, {0.0, 2.0}}) {
-      house.junctions.push_back({.name = "j" + std::to_string(house.junctions.size()), .place = turn({x, y, z})});
+      house.junctions.push_back(
+          {.name = std::string{"j"}.append(std::to_string(house.junctions.size())), .place = turn({x, y, z})});
     }
   }
   const auto add = [&](std::size_t from, std::size_t to, std::size_t elements, std::size_t section) {

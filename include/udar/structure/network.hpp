@@ -114,6 +114,9 @@ struct RotationSpring {
 /// Source: docs/theory.md, "Networks"
 class Network final : public Structure {
  public:
+  /// Which block of the points is that along x, y, z.
+  static constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};
+
   /// Deals junctions and members to the ranks by METIS, a member to a rank of one of its junctions.
   /// @note Collective. @throws InputError naming junction, member or section, the value and its unit, if something is
   /// not allowed, does not exist, or stands twice at one place; if a junction can turn without being resisted (of

@@ -16,10 +16,10 @@ namespace {
 using petsc::OptionGroup;
 using ShapeKind = MemberShape::Kind;
 
-enum class Theory : std::uint8_t { euler_bernoulli, timoshenko };
+enum class MemberTheory : std::uint8_t { euler_bernoulli, timoshenko };
 
 /// One size of a cross-section: the shapes that have it, and where it goes.
-struct Size {
+struct ShapeSize {
   const char* key;
   std::vector<ShapeKind> shapes;
   double MemberShape::* value;
@@ -70,26 +70,27 @@ class Generator {
     constexpr std::array kShapes{Names<ShapeKind>{"circle", ShapeKind::circle},
                                  Names<ShapeKind>{"tube", ShapeKind::tube},
                                  Names<ShapeKind>{"rectangle", ShapeKind::rectangle}};
-    constexpr std::array kTheories{Names<Theory>{"euler_bernoulli", Theory::euler_bernoulli},
-                                   Names<Theory>{"timoshenko", Theory::timoshenko}};
+    constexpr std::array kMemberTheories{Names<MemberTheory>{"euler_bernoulli", MemberTheory::euler_bernoulli},
+                                         Names<MemberTheory>{"timoshenko", MemberTheory::timoshenko}};
     MemberShape shape{.kind = ShapeKind::circle, .radius = 0.05};
     count(group.choice<ShapeKind>("-network_section", shape.kind, kShapes,
                                   "for grillage and lattice: cross-section of all members"));
     const std::array sizes{
-        Size{"-network_section_radius",
-             {ShapeKind::circle, ShapeKind::tube},
-             &MemberShape::radius,
-             "outer radius of circle or tube"},
-        Size{"-network_section_inner_radius", {ShapeKind::tube}, &MemberShape::inner_radius, "inner radius of tube"},
-        Size{"-network_section_width",
-             {ShapeKind::rectangle},
-             &MemberShape::width,
-             "width of rectangle, along the member's z axis, which is horizontal"},
-        Size{"-network_section_height",
-             {ShapeKind::rectangle},
-             &MemberShape::height,
-             "height of rectangle, along the member's y axis: up, of a member along y along x"}};
-    for (const Size& size : sizes) {
+        ShapeSize{"-network_section_radius",
+                  {ShapeKind::circle, ShapeKind::tube},
+                  &MemberShape::radius,
+                  "outer radius of circle or tube"},
+        ShapeSize{
+            "-network_section_inner_radius", {ShapeKind::tube}, &MemberShape::inner_radius, "inner radius of tube"},
+        ShapeSize{"-network_section_width",
+                  {ShapeKind::rectangle},
+                  &MemberShape::width,
+                  "width of rectangle, along the member's z axis, which is horizontal"},
+        ShapeSize{"-network_section_height",
+                  {ShapeKind::rectangle},
+                  &MemberShape::height,
+                  "height of rectangle, along the member's y axis: up, of a member along y along x"}};
+    for (const ShapeSize& size : sizes) {
       const bool given = group.real(size.key, shape.*size.value, "m", petsc::positive(), size.text);
       const bool used = std::ranges::find(size.shapes, shape.kind) != size.shapes.end();
       count(given);
@@ -104,7 +105,7 @@ class Generator {
       throw InputError{"option -network_section_inner_radius must be smaller than -network_section_radius [m]"};
     }
     double poisson = 0.3;
-    Theory theory = Theory::euler_bernoulli;
+    MemberTheory theory = MemberTheory::euler_bernoulli;
     section_ = {.name = "members", .youngs_modulus = 2.1e11, .density = 7850.0};
     count(group.real("-network_young_modulus", section_.youngs_modulus, "Pa", petsc::positive(),
                      "for grillage and lattice: Young's modulus E"));
@@ -112,10 +113,10 @@ class Generator {
                      "for grillage and lattice: Poisson's ratio, for torsion and shear"));
     count(group.real("-network_density", section_.density, "kg/m^3", petsc::positive(),
                      "for grillage and lattice: density"));
-    count(group.choice<Theory>("-network_theory", theory, kTheories,
-                               "for grillage and lattice: bending alone, or bending and shear (kGA)"));
+    count(group.choice<MemberTheory>("-network_theory", theory, kMemberTheories,
+                                     "for grillage and lattice: bending alone, or bending and shear (kGA)"));
     section_.shear_modulus = section_.youngs_modulus / (2.0 * (1.0 + poisson));
-    give_shape(section_, shape, theory == Theory::timoshenko);
+    give_shape(section_, shape, theory == MemberTheory::timoshenko);
   }
 
   /// Three unknowns a node are counted in PETSc's integers.
