@@ -106,7 +106,7 @@ class Impact final : public ProblemIntegrator {
       if (attempt > kMostAttempts) {
         return false;
       }
-      const bool settled = settle(step);
+      const bool settled = converge(step);
       if (settled) {
         const petsc::Judgement judged = petsc::judge_step(ts_, step);
         accepted = judged.accepted;
@@ -373,7 +373,7 @@ class Impact final : public ProblemIntegrator {
   }
 
   /// Repeats solves and local motion until they agree; false if they do not.
-  bool settle(double step) {
+  bool converge(double step) {
     ++counts_.attempts;
     sweep_.begin = begin_;
     set_maps(step);

@@ -81,7 +81,7 @@ class ImportedBeam(UdarTest):
         loads = {"load_position": 3, "load_table": load}
         springs = {"support_stiffness": 2e6, "support_damping": 1e4}
         # Where impacts are many or on what moves, the run's own tolerance shows: at -ts_rtol 1e-11 the beam's curves
-        # are 8e-10 m off with the motion, 7e-9 m with the tilted fall on a floor.
+        # are 8e-10 m off with the motion, 7e-9 m with the tilted fall on a floor, 9e-10 m with the line on springs.
         cases = [
             ({"ts_type": "rk", "damping_mass": 0.5}, APART),
             ({"ts_type": "chebyshev", **loads}, APART),
@@ -92,7 +92,7 @@ class ImportedBeam(UdarTest):
             ({"contact_restitution": 0.5, "support_yield_speed": 0.5, **loads}, APART),
             ({"filter_correct_modes": 3}, APART),
             ({"filter_frequency": "auto"}, APART),
-            ({"contact_surface": "line", "support_stiffness": 2e6}, APART),
+            ({"contact_surface": "line", "support_stiffness": 2e6}, 1e-8),
             ({"contact_surface": "line", "support_motion": motion}, APART),
         ]
         for number, (changes, apart) in enumerate(cases):
