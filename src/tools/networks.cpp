@@ -39,7 +39,7 @@ std::vector<double> motion_of(const MassPoints& points) {
   std::vector<double> motion;
   for (std::size_t i = 0; i < points.points(); ++i) {
     const Place at = points.place(i);
-    const double phase = static_cast<double>(points.direction(i));
+    const auto phase = static_cast<double>(points.direction(i));
     motion.push_back(5e-4 * std::sin(1.3 * at.x + 0.7 * at.y + 2.0 * at.z + phase));
   }
   return motion;

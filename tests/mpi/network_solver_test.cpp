@@ -32,7 +32,6 @@ using test::small_house;
 using test::steel_section;
 using test::Turn;
 using test::world_rank;
-using test::world_size;
 
 constexpr Turn kTurn{.about_z = 0.3, .about_x = 0.7};
 
@@ -68,6 +67,7 @@ struct Motion {
 /// Places of all nodes in the order of their numbers.
 std::vector<Place> places_of(const NetworkParameters& given) {
   std::vector<Place> places;
+  places.reserve(given.junctions.size());
   for (const Junction& junction : given.junctions) {
     places.push_back(junction.place);
   }
@@ -97,6 +97,7 @@ Motion smooth_motion(const NetworkParameters& given, bool far, double force) {
 /// This rank's points of values by node.
 std::vector<double> dealt(const Network& network, const std::vector<double>& values) {
   std::vector<double> local;
+  local.reserve(network.points().points());
   for (std::size_t point = 0; point < network.points().points(); ++point) {
     local.push_back(values[static_cast<std::size_t>(network.points().number(point))]);
   }
@@ -117,6 +118,7 @@ Answer solved(const Network& network, double wf, const Motion& motion, std::size
   std::vector<std::vector<double>> stretch(columns, std::vector<double>(points));
   std::vector<std::vector<double>> internal(columns, std::vector<double>(2 * points));
   std::vector<FilterColumn> all;
+  all.reserve(columns);
   for (std::size_t c = 0; c < columns; ++c) {
     all.push_back({.displacement = displacement.data(),
                    .force = force.data(),

@@ -149,9 +149,9 @@ struct QuadSystem {
 /// A member's nodes are eliminated from its second end: what is left couples the two ends.
 struct Chain {
   struct Node {
-    Matrix6 before;  // own row: of the node before it
-    Matrix6 last;    // and of the second end
-    Vector6 right;
+    Matrix6 before{};  // own row: of the node before it
+    Matrix6 last{};    // and of the second end
+    Vector6 right{};
     QuadSystem diagonal{6};
   };
   std::vector<Matrix12> elements;
@@ -276,6 +276,28 @@ std::vector<Vector6> Chain::substitute(const Vector6& first, const Vector6& last
   return values;
 }
 
+/// One element of a member in global axes, with the joints and arms at the member's ends.
+Matrix12 element_of(const Member& member, const MemberKind& kind, const Matrix12& plain, const Axes& axes,
+                    std::size_t e) {
+  Matrix12 own = plain;
+  std::array<Matrix6, 2> t{to_end(axes, {}), to_end(axes, {})};
+  if (e == 0) {
+    t[0] = to_end(axes, member.ends[0].offset);
+  }
+  if (e + 1 == kind.elements) {
+    t[1] = to_end(axes, member.ends[1].offset);
+  }
+  for (std::size_t about = 0; about < 3; ++about) {
+    if (e == 0) {
+      release(own, 3 + about, kind.joint[0][about]);
+    }
+    if (e + 1 == kind.elements) {
+      release(own, 9 + about, kind.joint[1][about]);
+    }
+  }
+  return turned(own, t);
+}
+
 /// A member's chain. The line's displacement is that of the masses plus the stretch: loads are F - C u.
 Chain chain_of(const Network& network, std::size_t number, const MemberKind& kind, double wf2, std::size_t first_node,
                const std::vector<double>& u, const std::vector<double>& force) {
@@ -291,23 +313,7 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
   chain.grounds.assign(kind.elements - 1, Quad{wf2 * section.mass_per_length() * kind.element_length});
   std::array<Vector6, 2> on_ends{};
   for (std::size_t e = 0; e < kind.elements; ++e) {
-    Matrix12 own = plain;
-    std::array<Matrix6, 2> t{to_end(axes, {}), to_end(axes, {})};
-    if (e == 0) {
-      t[0] = to_end(axes, member.ends[0].offset);
-    }
-    if (e + 1 == kind.elements) {
-      t[1] = to_end(axes, member.ends[1].offset);
-    }
-    for (std::size_t about = 0; about < 3; ++about) {
-      if (e == 0) {
-        release(own, 3 + about, kind.joint[0][about]);
-      }
-      if (e + 1 == kind.elements) {
-        release(own, 9 + about, kind.joint[1][about]);
-      }
-    }
-    chain.elements.push_back(turned(own, t));
+    chain.elements.push_back(element_of(member, kind, plain, axes, e));
     // A translation pushes nothing, so the first node's displacement may be taken off: what is left is small.
     for (std::size_t row = 0; row < 12; ++row) {
       Quad pushed = 0;
@@ -345,51 +351,19 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
   return chain;
 }
 
-}  // namespace
-
-std::vector<double> quad_stretch(const Network& network, double filter_frequency, const std::vector<double>& given,
-                                 const std::vector<double>& force) {
+/// Masses, springs and forces of the junctions; rows of the identity where they are held.
+void add_grounds(const Network& network, double wf2, const std::vector<double>& moved, const std::vector<double>& force,
+                 QuadSystem& system) {
   const NetworkParameters& parameters = network.parameters();
-  std::vector<double> displacement = given;
-  for (std::size_t i = 0; i < 3 * parameters.junctions.size(); ++i) {
-    if (parameters.junctions[i / 3].held[i % 3]) {
-      displacement[i] = 0.0;  // the line stays there
-    }
-  }
-  const double wf2 = filter_frequency * filter_frequency;
-  const std::size_t junctions = parameters.junctions.size();
-  std::vector<std::size_t> kind(parameters.members.size());
-  for (const MemberPack& pack : network.packs()) {
-    for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
-      kind[pack.member[lane]] = pack.kind;
-    }
-  }
-  QuadSystem system{6 * junctions};
-  std::vector<Chain> chains;
-  std::size_t node = junctions;
-  for (std::size_t number = 0; number < parameters.members.size(); ++number) {
-    const Member& member = parameters.members[number];
-    const Chain& chain =
-        chains.emplace_back(chain_of(network, number, network.kinds()[kind[number]], wf2, node, displacement, force));
-    node += network.kinds()[kind[number]].elements - 1;
-    for (std::size_t i = 0; i < 12; ++i) {
-      const std::size_t row = 6 * member.ends[i / 6].junction + i % 6;
-      system.right[row] += chain.end_loads[i / 6][i % 6];
-      for (std::size_t j = 0; j < 12; ++j) {
-        system.matrix[row * system.size + 6 * member.ends[j / 6].junction + j % 6] += chain.ends[i][j];
-      }
-    }
-  }
   const std::span<const double> mass = network.points().mass();
-  for (std::size_t j = 0; j < junctions; ++j) {
+  for (std::size_t j = 0; j < parameters.junctions.size(); ++j) {
     const Junction& junction = parameters.junctions[j];
     for (std::size_t k = 0; k < 6; ++k) {
       const std::size_t row = 6 * j + k;
       Quad& diagonal = system.matrix[row * system.size + row];
       diagonal += (k < 3 ? Quad{wf2} * mass[j] : Quad{0}) + junction.stiffness[k];
       if (k < 3) {
-        system.right[row] +=
-            (force.empty() ? 0.0 : force[3 * j + k]) - Quad{junction.stiffness[k]} * displacement[3 * j + k];
+        system.right[row] += (force.empty() ? 0.0 : force[3 * j + k]) - Quad{junction.stiffness[k]} * moved[3 * j + k];
       }
       if (junction.held[k] || diagonal == 0) {
         for (std::size_t i = 0; i < system.size; ++i) {
@@ -400,6 +374,43 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
       }
     }
   }
+}
+
+/// Displacements of the masses, none where the line stays.
+std::vector<double> where_free(const NetworkParameters& parameters, std::vector<double> displacement) {
+  for (std::size_t i = 0; i < 3 * parameters.junctions.size(); ++i) {
+    if (parameters.junctions[i / 3].held[i % 3]) {
+      displacement[i] = 0.0;
+    }
+  }
+  return displacement;
+}
+
+}  // namespace
+
+std::vector<double> quad_stretch(const Network& network, double filter_frequency,
+                                 const std::vector<double>& displacement, const std::vector<double>& force) {
+  const NetworkParameters& parameters = network.parameters();
+  const std::vector<double> moved = where_free(parameters, displacement);
+  const double wf2 = filter_frequency * filter_frequency;
+  const std::size_t junctions = parameters.junctions.size();
+  QuadSystem system{6 * junctions};
+  std::vector<Chain> chains;
+  std::size_t node = junctions;
+  for (std::size_t number = 0; number < parameters.members.size(); ++number) {
+    const Member& member = parameters.members[number];
+    const Chain& chain =
+        chains.emplace_back(chain_of(network, number, network.kinds()[network.kind(number)], wf2, node, moved, force));
+    node += network.kinds()[network.kind(number)].elements - 1;
+    for (std::size_t i = 0; i < 12; ++i) {
+      const std::size_t row = 6 * member.ends[i / 6].junction + i % 6;
+      system.right[row] += chain.end_loads[i / 6][i % 6];
+      for (std::size_t j = 0; j < 12; ++j) {
+        system.matrix[row * system.size + 6 * member.ends[j / 6].junction + j % 6] += chain.ends[i][j];
+      }
+    }
+  }
+  add_grounds(network, wf2, moved, force, system);
   system.solve();
   std::vector<double> stretch;
   const auto put = [&](const auto& values) {
@@ -415,7 +426,7 @@ std::vector<double> quad_stretch(const Network& network, double filter_frequency
   for (std::size_t j = 0; j < junctions; ++j) {
     Vector6 values = of_junction(j);
     for (std::size_t k = 0; k < 3; ++k) {
-      values[k] -= Quad{given[3 * j + k]} - Quad{displacement[3 * j + k]};
+      values[k] -= Quad{displacement[3 * j + k]} - Quad{moved[3 * j + k]};
     }
     put(values);
   }
