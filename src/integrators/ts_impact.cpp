@@ -300,7 +300,8 @@ class Impact final : public ProblemIntegrator {
     line_.emplace(*equations_, sweep_);
     touching_.emplace(sweep_, *contact_, equations_->line());
     flight_.emplace(*equations_, *contact_, contacts_);
-    can_fly_ = kinks_ != nullptr && contacts_ != nullptr && !sweep_.damped() && steps_are_free(adapt);
+    can_fly_ = kinks_ != nullptr && contacts_ != nullptr && !sweep_.damped() && steps_are_free(adapt) &&
+               std::ranges::all_of(contacts_->supports, &Support::plain);
     if (equations_->line_contact() != nullptr) {
       line_forces_.emplace(sweep_, *equations_->line_contact(), *contact_);
     }

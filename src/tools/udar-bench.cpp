@@ -380,14 +380,40 @@ void forget_frequency(PetscBool given) {
   }
 }
 
+void measure_batch(MPI_Comm comm, PetscInt beams, PetscInt ranks_per_beam) {
+  const app::CaseInput input = app::read_case(comm);
+  if (!petsc::Session::help_requested()) {
+    refuse_correction(input.filter.exact);
+    const app::Case settled = app::resolve(comm, input);
+    petsc::check_unknown_options(comm);
+    bench::batch(comm, settled, beams, ranks_per_beam);
+  }
+}
+
+/// At the filter frequency of the options if one is given.
+void measure_networks(MPI_Comm comm, bool frequency_given, bench::NetworkBench bench) {
+  if (frequency_given) {
+    bench.filter_frequency = app::read_filter(comm, Formulation::mixed).parameters.filter_frequency;
+  }
+  UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
+  petsc::check_unknown_options(comm);
+  bench::networks(comm, bench);
+}
+
+/// Whether the options give a filter frequency; if not they do from now on.
+PetscBool given_or_default_frequency() {
+  PetscBool given = PETSC_FALSE;
+  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &given));
+  if (given == PETSC_FALSE) {
+    UDAR_CALL(PetscOptionsSetValue(nullptr, "-filter_frequency", "50"));
+  }
+  return given;
+}
+
 int run_bench(MPI_Comm comm) {
   app::register_types();
   petsc::check_petsc_options();
-  PetscBool frequency_given = PETSC_FALSE;
-  UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, "-filter_frequency", &frequency_given));
-  if (frequency_given == PETSC_FALSE) {
-    UDAR_CALL(PetscOptionsSetValue(nullptr, "-filter_frequency", "50"));
-  }
+  const PetscBool frequency_given = given_or_default_frequency();
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   Kind kind = Kind::solve;
@@ -448,21 +474,11 @@ int run_bench(MPI_Comm comm) {
     return 0;
   }
   if (kind == Kind::batch) {
-    const app::CaseInput input = app::read_case(comm);
-    if (!petsc::Session::help_requested()) {
-      refuse_correction(input.filter.exact);
-      const app::Case settled = app::resolve(comm, input);
-      petsc::check_unknown_options(comm);
-      bench::batch(comm, settled, beams, ranks_per_beam);
-    }
+    measure_batch(comm, beams, ranks_per_beam);
     return 0;
   }
   if (kind == Kind::network && !petsc::Session::help_requested()) {
-    const double wf =
-        frequency_given == PETSC_TRUE ? app::read_filter(comm, Formulation::mixed).parameters.filter_frequency : 300.0;
-    UDAR_CALL(PetscOptionsClearValue(nullptr, "-filter_frequency"));
-    petsc::check_unknown_options(comm);
-    bench::networks(comm, {.filter_frequency = wf, .repeats = repeats, .most = largest_frame, .quick = quick});
+    measure_networks(comm, frequency_given == PETSC_TRUE, {.repeats = repeats, .most = largest_frame, .quick = quick});
     return 0;
   }
   auto [beam, formulation] = app::read_beam(comm);
