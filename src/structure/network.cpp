@@ -21,8 +21,6 @@ namespace {
 
 /// Lengths of elements that differ by less, relative to them, are one.
 constexpr double kSameLength = 1e-12;
-/// In which block of nodes a direction is: y comes first, then x, then z.
-constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};
 
 /// Finds the kind of a member, or makes one.
 class Kinds {
