@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -50,36 +51,13 @@ class ChainPreconditioner final : public petsc::Preconditioner {
     solver_ = std::make_unique<ChainSolver>(*line, static_cast<int>(lanes_));
   }
 
-  void apply(Vec right, Vec solution) override {
-    FilterColumn column;
-    UDAR_CALL(VecGetArrayRead(right, &column.right_hand_side));
-    UDAR_CALL(VecGetArrayWrite(solution, &column.unknowns));
-    solver_->solve({&column, 1});
-    UDAR_CALL(VecRestoreArrayWrite(solution, &column.unknowns));
-    UDAR_CALL(VecRestoreArrayRead(right, &column.right_hand_side));
-  }
-
-  void apply(Mat right, Mat solution) override {
-    PetscInt count = 0;
-    PetscInt right_pitch = 0;
-    PetscInt solution_pitch = 0;
-    const double* from = nullptr;
-    double* to = nullptr;
-    UDAR_CALL(MatGetSize(right, nullptr, &count));
-    UDAR_CALL(MatDenseGetLDA(right, &right_pitch));
-    UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
-    UDAR_CALL(MatDenseGetArrayRead(right, &from));
-    UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
-    std::vector<FilterColumn> columns(static_cast<std::size_t>(count));
-    for (FilterColumn& column : columns) {
-      column.right_hand_side = from;
-      column.unknowns = to;
-      from += right_pitch;
-      to += solution_pitch;
+  void apply(std::span<const Column> columns) override {
+    std::vector<FilterColumn> all(columns.size());
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      all[c].right_hand_side = columns[c].right;
+      all[c].unknowns = columns[c].solution;
     }
-    solver_->solve(columns);
-    UDAR_CALL(MatDenseRestoreArrayWrite(solution, &to));
-    UDAR_CALL(MatDenseRestoreArrayRead(right, &from));
+    solver_->solve(all);
   }
 
   void view(PetscViewer viewer) const override {

@@ -4,9 +4,11 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "udar/filter/inner_moments.hpp"
+#include "udar/petsc/array.hpp"
 #include "udar/petsc/composed.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/preconditioner.hpp"
@@ -33,66 +35,11 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
     }
     solver_ = std::make_unique<NetworkSolver>(operator_->network(), operator_->filter_frequency());
     moments_.reset();
+    find_held();
   }
-
-  void apply(Vec right, Vec solution) override {
-    Column column;
-    UDAR_CALL(VecGetArrayRead(right, &column.right));
-    UDAR_CALL(VecGetArrayWrite(solution, &column.solution));
-    solve({&column, 1});
-    UDAR_CALL(VecRestoreArrayWrite(solution, &column.solution));
-    UDAR_CALL(VecRestoreArrayRead(right, &column.right));
-  }
-
-  void apply(Mat right, Mat solution) override {
-    PetscInt count = 0;
-    PetscInt right_pitch = 0;
-    PetscInt solution_pitch = 0;
-    const double* from = nullptr;
-    double* to = nullptr;
-    UDAR_CALL(MatGetSize(right, nullptr, &count));
-    UDAR_CALL(MatDenseGetLDA(right, &right_pitch));
-    UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
-    UDAR_CALL(MatDenseGetArrayRead(right, &from));
-    UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
-    std::vector<Column> columns(static_cast<std::size_t>(count));
-    for (Column& column : columns) {
-      column = {.right = from, .solution = to};
-      from += right_pitch;
-      to += solution_pitch;
-    }
-    solve(columns);
-    UDAR_CALL(MatDenseRestoreArrayWrite(solution, &to));
-    UDAR_CALL(MatDenseRestoreArrayRead(right, &from));
-  }
-
-  void view(PetscViewer viewer) const override {
-    if (solver_ == nullptr) {
-      UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  not yet set up\n"));
-      return;
-    }
-    const NetworkSolver::Report& report = solver_->report();
-    UDAR_CALL(PetscViewerASCIIPrintf(
-        viewer,
-        "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
-        report.members, report.kinds, report.packs, report.junctions, report.factor_blocks));
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, tables %zu bytes\n", report.factor_bytes,
-                                     report.table_bytes));
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer,
-                                     "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
-                                     report.interface, report.own_interface));
-  }
-
-  [[nodiscard]] NetworkSolver* solver() const { return solver_.get(); }
-
- private:
-  struct Column {
-    const double* right = nullptr;
-    double* solution = nullptr;
-  };
 
   /// Right-hand sides of the scaled frame.
-  void solve(std::span<const Column> columns) {
+  void apply(std::span<const Column> columns) override {
     if (moments_ == nullptr) {
       moments_ = std::make_unique<InnerMoments>(operator_->network(), solver_->local_junctions());
     }
@@ -124,12 +71,56 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
         columns[c].solution[i] = all[c].stretch[i] / scale[i];
         columns[c].solution[points + i] = (all[c].internal[i] + turned[i]) / scale[points + i];
       }
+      for (const auto& [unknown, diagonal] : held_) {
+        columns[c].solution[unknown] = columns[c].right[unknown] / diagonal;
+      }
+    }
+  }
+
+  void view(PetscViewer viewer) const override {
+    if (solver_ == nullptr) {
+      UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  not yet set up\n"));
+      return;
+    }
+    const NetworkSolver::Report& report = solver_->report();
+    UDAR_CALL(PetscViewerASCIIPrintf(
+        viewer,
+        "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
+        report.members, report.kinds, report.packs, report.junctions, report.factor_blocks));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, tables %zu bytes\n", report.factor_bytes,
+                                     report.table_bytes));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer,
+                                     "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
+                                     report.interface, report.own_interface));
+  }
+
+  [[nodiscard]] NetworkSolver* solver() const { return solver_.get(); }
+
+ private:
+  /// Unknowns that never move have rows of the identity, of some size.
+  void find_held() {
+    const Network& network = operator_->network();
+    petsc::Vector diagonal;
+    PetscInt begin = 0;
+    UDAR_CALL(MatCreateVecs(operator_->op(), diagonal.put(), nullptr));
+    UDAR_CALL(MatGetDiagonal(operator_->op(), diagonal));
+    UDAR_CALL(VecGetOwnershipRange(diagonal, &begin, nullptr));
+    const petsc::ReadArray values{diagonal};
+    held_.clear();
+    for (const std::size_t junction : network.own_junctions()) {
+      for (std::size_t freedom = 0; freedom < 6; ++freedom) {
+        if (network.parameters().junctions[junction].held.at(freedom)) {
+          const auto unknown = static_cast<std::size_t>(network.row(network.junction_node(junction), freedom) - begin);
+          held_.emplace_back(unknown, values.values()[unknown]);
+        }
+      }
     }
   }
 
   const NetworkOperator* operator_ = nullptr;
   std::unique_ptr<NetworkSolver> solver_;
   std::unique_ptr<InnerMoments> moments_;
+  std::vector<std::pair<std::size_t, double>> held_;  // local unknown, its diagonal entry
 };
 
 }  // namespace

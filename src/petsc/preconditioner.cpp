@@ -2,6 +2,8 @@
 
 #include <petsc/private/pcimpl.h>
 
+#include <vector>
+
 #include "udar/petsc/error.hpp"
 
 namespace udar::petsc {
@@ -16,11 +18,37 @@ PetscErrorCode set_up(PC pc) {
 }
 
 PetscErrorCode apply(PC pc, Vec right, Vec solution) {
-  return guarded([&] { attached(pc)->apply(right, solution); });
+  return guarded([&] {
+    Preconditioner::Column column{};
+    UDAR_CALL(VecGetArrayRead(right, &column.right));
+    UDAR_CALL(VecGetArrayWrite(solution, &column.solution));
+    attached(pc)->apply({&column, 1});
+    UDAR_CALL(VecRestoreArrayWrite(solution, &column.solution));
+    UDAR_CALL(VecRestoreArrayRead(right, &column.right));
+  });
 }
 
 PetscErrorCode apply_to_columns(PC pc, Mat right, Mat solution) {
-  return guarded([&] { attached(pc)->apply(right, solution); });
+  return guarded([&] {
+    PetscInt count = 0;
+    PetscInt right_pitch = 0;
+    PetscInt solution_pitch = 0;
+    const double* from = nullptr;
+    double* to = nullptr;
+    UDAR_CALL(MatGetSize(right, nullptr, &count));
+    UDAR_CALL(MatDenseGetLDA(right, &right_pitch));
+    UDAR_CALL(MatDenseGetLDA(solution, &solution_pitch));
+    UDAR_CALL(MatDenseGetArrayRead(right, &from));
+    UDAR_CALL(MatDenseGetArrayWrite(solution, &to));
+    std::vector<Preconditioner::Column> columns;
+    columns.reserve(static_cast<std::size_t>(count));
+    for (PetscInt c = 0; c < count; ++c) {
+      columns.push_back({.right = from + c * right_pitch, .solution = to + c * solution_pitch});
+    }
+    attached(pc)->apply(columns);
+    UDAR_CALL(MatDenseRestoreArrayWrite(solution, &to));
+    UDAR_CALL(MatDenseRestoreArrayRead(right, &from));
+  });
 }
 
 PetscErrorCode view(PC pc, PetscViewer viewer) {

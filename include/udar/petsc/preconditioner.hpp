@@ -5,6 +5,7 @@
 #include <petscpc.h>
 
 #include <memory>
+#include <span>
 
 #include "udar/petsc/log.hpp"
 
@@ -22,9 +23,13 @@ class Preconditioner {
   virtual void set_from_options(PC pc) = 0;
   /// @param amat, pmat the operators of the `PC`
   virtual void set_up(Mat amat, Mat pmat) = 0;
-  virtual void apply(Vec right, Vec solution) = 0;
-  /// Several columns at once. @param right, solution dense matrices
-  virtual void apply(Mat right, Mat solution) = 0;
+  /// A right-hand side and where its solution goes, local values.
+  struct Column {
+    const double* right;
+    double* solution;
+  };
+  /// @param columns one, or those of a block that are solved for at once
+  virtual void apply(std::span<const Column> columns) = 0;
   /// @param viewer ASCII
   virtual void view(PetscViewer viewer) const = 0;
 };
