@@ -127,7 +127,8 @@ class EnvelopeWriter final : public Observer {
       }
     }
     results_->add_envelope(columns);
-    if (order_->range().total <= kTextNodesMax) {
+    if (order_->range().total <= kTextNodesMax &&
+        std::ranges::any_of(columns, [this](const EnvelopeColumn& column) { return has_rows(column); })) {
       write_text(columns);
     }
     results_.leave();
@@ -153,6 +154,12 @@ class EnvelopeWriter final : public Observer {
     return values;
   }
 
+  /// Whether values stand with points: those of cells do in a chain alone, where a cell follows each point but the
+  /// last.
+  [[nodiscard]] bool has_rows(const EnvelopeColumn& column) const {
+    return column.field.where == Where::points || order_->same();
+  }
+
   /// One row a point, in the user's order; what lies in a cell of a chain stands with the point before.
   void write_text(std::span<const EnvelopeColumn> columns) const {
     const std::size_t width = columns.size() + 2;
@@ -163,7 +170,7 @@ class EnvelopeWriter final : public Observer {
       rows.push_back(x_[i]);
       for (const EnvelopeColumn& column : columns) {
         const bool there =
-            column.field.where == Where::points || (order_->same() && i < static_cast<std::size_t>(cells_.count()));
+            has_rows(column) && (column.field.where == Where::points || i < static_cast<std::size_t>(cells_.count()));
         rows.push_back(there ? column.values[i] : kUnknown);
       }
     }

@@ -104,11 +104,11 @@ def main(arguments):
     else:
         note("no supports: no picture of contacts")
     if not several:
-        line = runs[0].elements > 0
+        line = runs[0].along_line
         if line:
             draw_deflection(pen, runs[0])
         else:
-            note(f"{runs[0].folder} is of imported matrices: no pictures along a line; results.vtkhdf has the points")
+            note(f"{runs[0].folder} is no beam: no pictures along a line; results.vtkhdf has its shape")
         if runs[0].supports:
             if runs[0].contact is not None:
                 draw_impulses(pen, runs[0])

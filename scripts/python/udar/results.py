@@ -64,7 +64,7 @@ class Run:
     filter_frequency: float   # nan: modes alone move
     options: dict    # keys without dash
     summary: dict    # summary.json; empty before the end
-    elements: int    # 0: imported matrices, whose points do not follow each other along a line
+    elements: int    # 0: imported matrices
     x: np.ndarray
     gauge_node: np.ndarray
     supports: list
@@ -73,6 +73,7 @@ class Run:
     impacts: dict
     rests: dict
     finished: bool
+    along_line: bool         # a beam: its points follow each other along x; not so imported ones and networks
     contact: "Contact" = None
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     cells: np.ndarray = None   # rows of /x at the corners of the line's cells
@@ -307,7 +308,8 @@ def read_run(folder, with_fields):
                 gauges={}, energy={},
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
-                finished=finished and bool(summary.get("completed", True)))
+                finished=finished and bool(summary.get("completed", True)),
+                along_line=bool(file.attrs["elements"]) and "direction" not in file)
             numbers = file["node"][()] if "node" in file else np.arange(len(x))
             if not np.isin(run.gauge_node, numbers).all():
                 raise UserError(f"{path}: /gauge_node names a node that /x does not have")
@@ -324,7 +326,7 @@ def read_run(folder, with_fields):
             if "supports/lift" in file:
                 lift = file["supports/lift"][()]
                 run.lift = file["contact"]["time"][:len(lift)], lift
-            if with_fields and run.elements:
+            if with_fields and run.along_line:
                 read_instants(file, run)
                 run.cells = file["cells"][()].reshape(len(file["cells"]), -1)
                 if "envelope" in file:
