@@ -94,12 +94,15 @@ def pipeline_point(series, per_rank, pieces, ranks, scratch):
             "options": ["-options_file", str(supports)]}
 
 
-def plan(sizes, ranks, strong, per_rank, scratch):
+def plan(sizes, ranks, strong, per_rank, check_interval, scratch):
     """All points: growth on one rank, strong and weak scaling, and the weak cases on one rank for comparison."""
     points = [floor_point("growth", size, 1) for size in sizes]
     points += [floor_point("strong", strong, count) for count in ranks]
     points += [pipeline_point("weak", per_rank, count, count, scratch) for count in ranks]
     points += [pipeline_point("alone", per_rank, count, 1, scratch) for count in ranks if count > 1]
+    for point in points:
+        point["check_interval"] = check_interval
+        point["options"] += ["-filter_check_interval", str(check_interval)]
     return points
 
 
@@ -129,7 +132,7 @@ def record(point, summaries, tiny_memory):
     first = summaries[0]
     steps = first["steps"]
     mean = over("wall_seconds_mean")
-    kept = {key: point[key] for key in ("series", "case", "elements", "ranks", "length")}
+    kept = {key: point[key] for key in ("series", "case", "elements", "ranks", "length", "check_interval")}
     kept["options"] = [option for option in point["options"] if not option.endswith(".yaml")]
     kept["repeats"] = len(summaries)
     kept["petsc"] = [int(word) for word in first["versions"]["petsc"].split(".")]
@@ -139,7 +142,8 @@ def record(point, summaries, tiny_memory):
                          for stage, value in kept["seconds"].items()}
     kept["counts"] = {"steps": steps, "rejected_steps": first["rejected_steps"],
                       "line_solves": first["stepping_line_solves"],
-                      "sweeps": first["integrator_counts"].get("sweeps", 0), "impacts": first["impacts"],
+                      "sweeps": first["integrator_counts"].get("sweeps", 0),
+                      "rigid_flights": first["integrator_counts"].get("rigid_flights", 0), "impacts": first["impacts"],
                       "event_steps": first["event_steps"],
                       "rows": first["row_line_solves"]}  # and samples of extremes between rows
     kept["per_step"] = {stage: {name: value / steps for name, value in counts.items()}

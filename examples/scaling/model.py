@@ -16,15 +16,21 @@ SOLVE_BYTES = 26.0    # a node and solve (docs/theory.md, "Stretches")
 MOTION_BYTES = 176.0  # a node and sweep besides the solves (docs/theory.md, "The impact integrator")
 OTHER_BYTES = 400.0   # a node and step: new step's polynomial, start and end of a step
 WORKING_SET = 200.0   # bytes a node that a step comes back to
-CHECK_INTERVAL = 50   # solves between two checks of the residual (-filter_check_interval)
+CHECK_INTERVAL = 50   # solves between two checks of the residual (-filter_check_interval), unless a point says
 DECAY = {"floor.yaml": 2.27, "pipeline.yaml": 6.0}  # m: (4 EI / rhoA wf^2)^(1/4)
 LENGTHS_TO_NOTHING = 39.0  # exp(-39) = 1e-17: beyond, ranks talk to neighbours alone
 WIDTH = 16            # numbers that a joint shows for four columns
 
 
-def batches(counts):
+def checks_among(solves, point):
+    interval = point.get("check_interval", CHECK_INTERVAL)
+    return solves / interval if interval > 0 else 0.0
+
+
+def batches(point):
     """Line solves count four at a time: sweeps, rows of output, start and loads; a residual check splits one."""
-    checks = counts["line_solves"] // CHECK_INTERVAL
+    counts = point["counts"]
+    checks = int(checks_among(counts["line_solves"], point))
     return counts["sweeps"] + counts["rows"] + 3 + 2 * checks, checks
 
 
@@ -40,12 +46,14 @@ def communication(point):
     # Of the residual, those that do not fall into output: four norms and, with PETSc 3.18 but not with 3.22, four
     # meetings to make its vectors.
     meetings = 4 if point.get("petsc", [3, 18]) < [3, 22] else 0
-    checks = (counts["line_solves"] - counts["rows"]) / CHECK_INTERVAL
-    solves = counts["sweeps"] + 2 + 2 * checks  # the start and the loads are solved for, too
+    checks = checks_among(counts["line_solves"] - counts["rows"], point)
+    flights = 2 * counts.get("rigid_flights", 0)  # two solves, and two reductions: where it ends, whether it is rigid
+    solves = counts["sweeps"] + 2 + 2 * checks + flights  # the start and the loads are solved for, too
     sides = 1.0 if ranks == 2 else 2.0
     near = neighbours_only(point)
     return {"messages": solves * (0.5 * sides + (sides if near else 0.0)) + sides * 2 * checks,
-            "reductions": counts["sweeps"] + counts["steps"] + counts["event_steps"] + (4 + meetings) * checks,
+            "reductions": counts["sweeps"] + counts["steps"] + counts["event_steps"] + flights +
+            (4 + meetings) * checks,
             "gathers": 0.0 if near else float(solves)}
 
 
@@ -157,7 +165,7 @@ class Model:
         calls = counts["sweeps"] + counts["steps"]
         if stage == "line_solve":
             solves = counts["line_solves"]
-            return np.array([batches(counts)[0] * slow, solves * nodes * slow, solves * nodes * SOLVE_BYTES * per_byte])
+            return np.array([batches(point)[0] * slow, solves * nodes * slow, solves * nodes * SOLVE_BYTES * per_byte])
         if stage == "local_motion":
             return np.array([calls * slow, calls * nodes * slow, calls * nodes * MOTION_BYTES * per_byte,
                              counts["impacts"] / ranks * slow])
@@ -173,7 +181,7 @@ class Model:
         if point["ranks"] > 1:
             block = self.machine.block(point["ranks"])
             told = communication(point)
-            solves, _ = batches(point["counts"])
+            solves, _ = batches(point)
             step = block["reduction_seconds"]["step"]["median"]
             found["reductions"] = (point["counts"]["sweeps"] * block["reduction_seconds"]["sweep"]["median"]
                                    + (told["reductions"] - point["counts"]["sweeps"]) * step)
@@ -224,7 +232,7 @@ class Model:
             latency, bandwidth = block["message"]["latency"]["median"], block["message"]["bandwidth"]
             reduction = law[0] + law[1] * math.log2(ranks)
             told = communication(point)
-            solves, _ = batches(counts)
+            solves, _ = batches(point)
             found["reductions"] = told["reductions"] * reduction
             found["messages"] = solves * latency
             if told["gathers"]:

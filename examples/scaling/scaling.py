@@ -22,10 +22,11 @@ import report
 
 ROOT = measure.HERE.parents[1]
 QUICK = {"sizes": [500, 2000, 8000], "ranks": [1, 2, 3, 4], "strong": 4000, "per_rank": 1000, "beams": 8,
-         "batch_elements": 200, "repeats": 1, "machine_repeats": 3, "largest_footprint": 1 << 22, "budget": 60}
+         "batch_elements": 200, "check_interval": 0, "repeats": 1, "machine_repeats": 3, "largest_footprint": 1 << 22,
+         "budget": 60}
 FULL = {"sizes": [10 ** 3, 10 ** 4, 10 ** 5, 10 ** 6, 10 ** 7], "ranks": [1, 2, 4, 8, 16], "strong": 10 ** 6,
-        "per_rank": 50_000, "beams": 200, "batch_elements": 1000, "repeats": 5, "machine_repeats": 15,
-        "largest_footprint": 1 << 28, "budget": 300}
+        "per_rank": 50_000, "beams": 200, "batch_elements": 1000, "check_interval": 50, "repeats": 5,
+        "machine_repeats": 15, "largest_footprint": 1 << 28, "budget": 300}
 
 
 def whole_numbers(text):
@@ -83,7 +84,8 @@ def run(arguments):
         scratch = pathlib.Path(scratch).resolve()
         programs = measure.Programs(program(arguments.udar, "udar"), program(arguments.bench, "udar-bench"),
                                     arguments.launcher, scratch)
-        points = measure.plan(settings["sizes"], settings["ranks"], settings["strong"], settings["per_rank"], scratch)
+        points = measure.plan(settings["sizes"], settings["ranks"], settings["strong"], settings["per_rank"],
+                              settings["check_interval"], scratch)
         batches = [{"ranks": count, "beams": settings["beams"] * count, "elements": settings["batch_elements"]}
                    for count in settings["ranks"]]
         records, batch, machines, versions = measure.measure(programs, points, batches, settings,

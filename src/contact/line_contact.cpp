@@ -200,8 +200,8 @@ void LineContact::bound_frequency(const std::vector<double>& closed) {
   const double held = last * last + added;
   const double open = bound_;
   bound_ = std::sqrt(0.5 * (held + wf2) + std::sqrt(0.25 * (held - wf2) * (held - wf2) + added * wf2));
-  constexpr double kStiffest = 4.0;  // as for -ts_type modal
-  if (!(bound_ <= kStiffest * open)) {
+  constexpr double kMostAboveOpen = 4.0;  // as for -ts_type modal
+  if (!(bound_ <= kMostAboveOpen * open)) {
     std::ostringstream message;
     message << "filter correct modes: " << std::ranges::count_if(modes, [](auto& mode) { return mode.frequency > 0.0; })
             << " are not allowed with these supports and `contact surface` line, contact could swing at " << bound_

@@ -146,9 +146,10 @@ class Impact final : public ProblemIntegrator {
                                      static_cast<int>(moments_), longest_, tolerance_));
     PetscInt rejected = 0;
     UDAR_CALL(TSGetStepRejections(stepper, &rejected));
-    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, sweeps %d, rejected %d, cut at impacts %d\n",
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  steps %d, sweeps %d, rejected %d, cut at impacts %d, flights %d\n",
                                      static_cast<int>(steps()), static_cast<int>(counts_.sweeps),
-                                     static_cast<int>(rejected), static_cast<int>(counts_.cuts)));
+                                     static_cast<int>(rejected), static_cast<int>(counts_.cuts),
+                                     static_cast<int>(counts_.flights)));
   }
 
   [[nodiscard]] double next_step() const override { return next_step_; }
@@ -182,7 +183,7 @@ class Impact final : public ProblemIntegrator {
   }
 
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
-    return {{"sweeps", counts_.sweeps}, {"steps_cut_at_impacts", counts_.cuts}};
+    return {{"sweeps", counts_.sweeps}, {"steps_cut_at_impacts", counts_.cuts}, {"rigid_flights", counts_.flights}};
   }
   [[nodiscard]] double streamed_bytes() const override {
     const auto m = static_cast<double>(sweep_.terms);
@@ -244,6 +245,7 @@ class Impact final : public ProblemIntegrator {
     const double until = std::min(last, kinks_->after(begin_)) - begin_;
     const bool flies = until > longest_ && flight_->begin(begin_, {start_, 2 * count_}, longest_, until);
     may_fly_ = until <= longest_ || (flies && !flight_->touches());
+    counts_.flights += flies ? 1 : 0;
     next_step_ = flies && next_step_ == 0.0 ? longest_ : next_step_;
     return flies;
   }
@@ -503,6 +505,7 @@ class Impact final : public ProblemIntegrator {
     PetscInt attempts = 0;
     PetscInt sweeps = 0;
     PetscInt cuts = 0;
+    PetscInt flights = 0;
   } counts_;
 };
 

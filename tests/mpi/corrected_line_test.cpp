@@ -23,7 +23,7 @@
 namespace udar {
 namespace {
 
-constexpr double kRigid = std::numeric_limits<double>::infinity();
+constexpr double kRigidSpring = std::numeric_limits<double>::infinity();
 
 /// Corrects flexible modes by their numbers from 1 on, and ties rigid ones.
 std::function<void(FilteredStructure&)> correcting(std::vector<std::size_t> numbers, bool rigid = true) {
@@ -97,9 +97,9 @@ struct Tied {
 
 class TiedLine : public testing::TestWithParam<Tied> {};
 INSTANTIATE_TEST_SUITE_P(All, TiedLine,
-                         testing::Values(Tied{"one_below_wf", {1}, kRigid, {2.0, 8.0}},
+                         testing::Values(Tied{"one_below_wf", {1}, kRigidSpring, {2.0, 8.0}},
                                          Tied{"one_above_wf", {1, 3}, 1e7, {2.0, 8.0}},
-                                         Tied{"without_rigid_ones", {1, 2}, kRigid, {2.0, 8.0}, false},
+                                         Tied{"without_rigid_ones", {1, 2}, kRigidSpring, {2.0, 8.0}, false},
                                          Tied{"on_springs", {1, 2, 3, 4}, 1e7, {2.0, 5.0, 8.0}},
                                          Tied{"a_pad", {1}, 1e6, {2.0, 7.0, 8.0, 9.0}}),
                          [](const auto& tested) { return std::string{tested.param.name}; });
@@ -219,7 +219,7 @@ Course course_of(const char* integrator, const char* rtol, const char* until, Mo
 }
 
 /// Largest distance of two lines at the same times, up to one of them [m].
-double distance(const Course& one, const Course& other, double until = kRigid) {
+double distance(const Course& one, const Course& other, double until = kRigidSpring) {
   double largest = 0.0;
   EXPECT_EQ(one.lines.size(), other.lines.size());
   for (std::size_t k = 0; k < std::min(one.lines.size(), other.lines.size()) && one.times[k] <= until; ++k) {
@@ -274,7 +274,7 @@ TEST(CorrectedLine, KeepsItsEnergyByAllIntegratorsAlike) {
     bool loaded;
   };
   for (const auto& [numbers, stiffness, slope, loaded] :
-       {Try{{1}, kRigid, 0.01, false}, Try{{1, 3}, 1e7, 0.0, true}, Try{{1, 2}, 2e6, 0.01, true}}) {
+       {Try{{1}, kRigidSpring, 0.01, false}, Try{{1, 3}, 1e7, 0.0, true}, Try{{1, 2}, 2e6, 0.01, true}}) {
     ModelParameters parameters = fall_on({2.0, 8.0}, stiffness, slope);
     if (loaded) {
       parameters.loads = {load};

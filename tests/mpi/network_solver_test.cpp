@@ -59,7 +59,7 @@ NetworkParameters lattice(const std::array<std::size_t, 3>& count, std::size_t e
 }
 
 /// Of each node three numbers, whichever ranks have its points.
-struct Motion {
+struct NodeMotion {
   std::vector<double> displacement;
   std::vector<double> force;
 };
@@ -83,8 +83,8 @@ std::vector<Place> places_of(const NetworkParameters& given) {
 }
 
 /// Smooth, of a millimetre, far away and turned by .4 rad besides.
-Motion smooth_motion(const NetworkParameters& given, bool far, double force) {
-  Motion motion;
+NodeMotion smooth_motion(const NetworkParameters& given, bool far, double force) {
+  NodeMotion motion;
   for (const Place& p : places_of(given)) {
     motion.displacement.push_back(1e-3 * std::sin(1.3 * p.x + 2.0 * p.y + 0.5 * p.z) + (far ? 1.0 - 0.4 * p.y : 0.0));
     motion.displacement.push_back(1e-3 * std::cos(2.1 * p.x - p.y + 1.5 * p.z) + (far ? 1.0 + 0.4 * p.x : 0.0));
@@ -110,7 +110,7 @@ struct Answer {
 };
 
 /// @param columns how often the same is solved for at once
-Answer solved(const Network& network, double wf, const Motion& motion, std::size_t columns = 1) {
+Answer solved(const Network& network, double wf, const NodeMotion& motion, std::size_t columns = 1) {
   NetworkSolver solver{network, wf};
   const std::vector<double> displacement = dealt(network, motion.displacement);
   const std::vector<double> force = dealt(network, motion.force);
@@ -157,7 +157,7 @@ double largest_difference(const std::vector<double>& one, const std::vector<doub
 /// @param tolerance of the largest stretch
 void expect_exact(const NetworkParameters& given, double wf, bool far, double force, double tolerance) {
   const Network alone{PETSC_COMM_SELF, given};
-  const Motion motion = smooth_motion(given, far, force);
+  const NodeMotion motion = smooth_motion(given, far, force);
   const std::vector<double> both = test::quad_stretch(alone, wf, motion.displacement, motion.force);
   std::vector<double> stretch;
   std::vector<double> rotation;
@@ -230,7 +230,7 @@ TEST(NetworkSolver, CarriesCollinearMembersThatAreFree) {
 
 TEST(NetworkSolver, LeavesATranslationAlone) {
   const NetworkParameters net = lattice({3, 2, 2}, 7);
-  Motion motion = smooth_motion(net, false, 0.0);
+  NodeMotion motion = smooth_motion(net, false, 0.0);
   for (std::size_t i = 0; i < motion.displacement.size(); ++i) {
     motion.displacement[i] = std::array{1.1, -0.7, 3.3}.at(i % 3);
   }
@@ -241,7 +241,7 @@ TEST(NetworkSolver, LeavesATranslationAlone) {
 
 TEST(NetworkSolver, IsTheSameOnAnyRanksAndForAnyColumns) {
   const NetworkParameters net = lattice({4, 3, 3}, 5);
-  const Motion motion = smooth_motion(net, false, 20.0);
+  const NodeMotion motion = smooth_motion(net, false, 20.0);
   const Answer alone = solved(Network{PETSC_COMM_SELF, net}, 300.0, motion);
   const Network network{PETSC_COMM_WORLD, net};
   for (const std::size_t columns : {1U, 2U, 3U, 4U, 7U}) {
@@ -324,7 +324,7 @@ TEST(NetworkSolver, PassesTheResidualCheckAndTheBalanceOfForces) {
   const NetworkParameters net = lattice({3, 3, 2}, 6);
   const Network network{PETSC_COMM_WORLD, net};
   FilteredStructure line{network, {.filter_frequency = 200.0, .check_interval = 1}};
-  const Motion motion = smooth_motion(net, false, 0.0);
+  const NodeMotion motion = smooth_motion(net, false, 0.0);
   const std::vector<double> displacement = dealt(network, motion.displacement);
   std::vector<double> stretch(displacement.size());
   std::vector<double> internal(2 * displacement.size());

@@ -31,7 +31,7 @@ using test::turned_beam;
 using test::world_rank;
 using test::world_size;
 
-constexpr Turn kTurn{.about_z = 0.7, .about_x = -0.4};
+constexpr Turn kTurnedHouse{.about_z = 0.7, .about_x = -0.4};
 
 /// Node and freedom of each of this rank's rows.
 std::map<PetscInt, std::pair<std::int64_t, std::size_t>> meaning_of_rows(const Network& network) {
@@ -67,7 +67,7 @@ std::map<std::array<std::int64_t, 4>, double> entries_of(const Network& network)
 }
 
 TEST(Network, HasTheSameStiffnessOnAnyRanks) {
-  NetworkParameters house = small_house(kTurn);
+  NetworkParameters house = small_house(kTurnedHouse);
   house.junctions[0].held = {true, true, true, false, true, false};
   house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
   const Network dealt{PETSC_COMM_WORLD, house};
@@ -138,7 +138,7 @@ TEST(Network, RefusesMoreRanksThanJunctions) {
 
 /// No force in any rigid motion, whatever members, joints and arms there are.
 TEST(Network, RigidMotionsCostNothing) {
-  const Network network{PETSC_COMM_WORLD, small_house(kTurn)};
+  const Network network{PETSC_COMM_WORLD, small_house(kTurnedHouse)};
   petsc::Vector motion;
   petsc::Vector force;
   UDAR_CALL(MatCreateVecs(network.stiffness(), motion.put(), force.put()));
@@ -211,7 +211,7 @@ std::vector<double> stretch_by_node(const Turn& turn) {
 
 TEST(Network, TurnedCopyGivesTheTurnedAnswer) {
   const std::vector<double> expected = stretch_by_node({});
-  const std::vector<double> found = stretch_by_node(kTurn);
+  const std::vector<double> found = stretch_by_node(kTurnedHouse);
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_NEAR(found[i], expected[i], 1e-9) << "node " << i / 3;  // of order one; (w_max / wf)^2 eps
@@ -220,7 +220,7 @@ TEST(Network, TurnedCopyGivesTheTurnedAnswer) {
 
 /// A translation along one axis stretches no filter spring, to the bit.
 TEST(Network, TranslationStretchesNothing) {
-  const Network network{PETSC_COMM_WORLD, small_house(kTurn)};
+  const Network network{PETSC_COMM_WORLD, small_house(kTurnedHouse)};
   FilteredStructure line{network, {.filter_frequency = 50.0}};
   const MassPoints& points = network.points();
   std::vector<double> given;

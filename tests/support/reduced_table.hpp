@@ -11,6 +11,14 @@
 
 namespace udar::test {
 
+inline constexpr double kReducedMass = 2500.0;  // of a beam on one support [kg]
+
+/// A beam of two rigid modes over one support in its middle.
+inline ReducedModel over_centre(double compliance, double give) {
+  return {
+      .frequency = {0.0, 0.0}, .row = {1.0 / std::sqrt(kReducedMass), 0.0}, .compliance = {compliance}, .give = {give}};
+}
+
 /// Six modes of so much mass [kg] over four supports that give way [m/N]: rigid motions, and waves of a free line.
 inline ReducedModel table_on_supports(double give, double mass) {
   ReducedModel model;

@@ -16,31 +16,25 @@
 #include <vector>
 
 #include "support/reduced_table.hpp"
+#include "support/steel_beam.hpp"
 #include "udar/modal/exact_phases.hpp"
 #include "udar/modal/reduced_model.hpp"
 
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
-constexpr double kMass = 2500.0;  // [kg]
 constexpr double kCompliance = 3e-7;
 
-/// A beam of two rigid modes over one support in its middle.
-ReducedModel over_centre(double compliance, double give) {
-  return {.frequency = {0.0, 0.0}, .row = {1.0 / std::sqrt(kMass), 0.0}, .compliance = {compliance}, .give = {give}};
-}
-
-Drive weight(double gravity) { return {.load = {-gravity * std::sqrt(kMass), 0.0}, .offset = {0.0}}; }
+Drive weight(double gravity) { return {.load = {-gravity * std::sqrt(test::kReducedMass), 0.0}, .offset = {0.0}}; }
 
 /// Falling at the support [m/s].
 ModalState falling(double speed) {
   ModalState state{2, 1};
-  state.velocity[0] = -speed * std::sqrt(kMass);
+  state.velocity[0] = -speed * std::sqrt(test::kReducedMass);
   return state;
 }
 
-double speed_of(const ModalMotion& motion) { return motion.now().velocity[0] / std::sqrt(kMass); }
+double speed_of(const ModalMotion& motion) { return motion.now().velocity[0] / std::sqrt(test::kReducedMass); }
 
 void go(ModalMotion& motion, double until) {
   while (motion.now().time < until) {
@@ -53,14 +47,14 @@ void go(ModalMotion& motion, double until) {
 double rebound(double z) { return std::exp(-z * (std::numbers::pi - 2.0 * std::asin(z)) / std::sqrt(1.0 - z * z)); }
 
 TEST(KernelSteps, ALagTakesWhatItsClosedFormSays) {
-  const double omega = 1.0 / std::sqrt(kMass * kCompliance);
+  const double omega = 1.0 / std::sqrt(test::kReducedMass * kCompliance);
   EXPECT_NEAR(rebound(0.05), 0.8587581018, 1e-10);
   EXPECT_NEAR(rebound(0.1), 0.7440793977, 1e-10);
   EXPECT_NEAR(rebound(0.3), 0.4509754529, 1e-10);
   for (const double z : {0.05, 0.1, 0.3}) {
-    ReducedModel rest = over_centre(kCompliance, 0.0);
+    ReducedModel rest = test::over_centre(kCompliance, 0.0);
     rest.rest_lag = 2.0 * z / omega;
-    ReducedModel support = over_centre(1e-6 * kCompliance, kCompliance);
+    ReducedModel support = test::over_centre(1e-6 * kCompliance, kCompliance);
     support.support_lag = {2.0 * z / omega};
     for (const ReducedModel& model : {rest, support}) {
       double last = 1.0;
@@ -79,10 +73,10 @@ TEST(KernelSteps, ALagTakesWhatItsClosedFormSays) {
 
 TEST(KernelSteps, BooksWhatIsLost) {
   for (const bool in_rest : {true, false}) {
-    ReducedModel model = over_centre(kCompliance, in_rest ? 0.0 : kCompliance);
+    ReducedModel model = test::over_centre(kCompliance, in_rest ? 0.0 : kCompliance);
     (in_rest ? model.rest_lag : model.support_lag.emplace_back()) = 1e-3;
     KernelSteps motion{model, 1e-6};
-    const Drive drive = weight(kGravity);
+    const Drive drive = weight(test::kGravity);
     motion.start(falling(4.0), drive);
     const double before = modal_energy(model, drive, motion.now()).total();
     double lost = 0.0;
@@ -97,15 +91,15 @@ TEST(KernelSteps, BooksWhatIsLost) {
 
 std::pair<ModalState, Drive> tilted() {
   ModalState state{6, 4};
-  state.velocity[0] = -3.0 * std::sqrt(kMass);
-  state.velocity[1] = 0.4 * std::sqrt(kMass);
+  state.velocity[0] = -3.0 * std::sqrt(test::kReducedMass);
+  state.velocity[1] = 0.4 * std::sqrt(test::kReducedMass);
   Drive drive{.load = std::vector<double>(6, 0.0), .offset = {0.01, 0.02, 0.03, 0.04}};
-  drive.load[0] = -kGravity * std::sqrt(kMass);
+  drive.load[0] = -test::kGravity * std::sqrt(test::kReducedMass);
   return {state, drive};
 }
 
 TEST(KernelSteps, ApproachExactPhases) {
-  const ReducedModel model = test::table_on_supports(1e-8, kMass);
+  const ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   const auto [state, drive] = tilted();
   ExactPhases exact{model};
   exact.start(state, drive);
@@ -118,7 +112,8 @@ TEST(KernelSteps, ApproachExactPhases) {
     go(motion, 0.1);
     double error = 0.0;
     for (std::size_t m = 0; m < 6; ++m) {
-      error = std::max(error, std::abs(motion.now().amplitude[m] - exact.now().amplitude[m]) / std::sqrt(kMass));
+      error = std::max(error,
+                       std::abs(motion.now().amplitude[m] - exact.now().amplitude[m]) / std::sqrt(test::kReducedMass));
     }
     EXPECT_LE(error, 0.3 * last) << tolerance;
     EXPECT_NEAR(modal_energy(model, drive, motion.now()).total(), before, 10.0 * tolerance * before);
@@ -159,7 +154,7 @@ double work_on_gaps(const ReducedModel& model, const Drive& drive, const KernelS
 }
 
 TEST(KernelSteps, WhatTheBalanceMissesIsTheWorkOnGaps) {
-  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   model.ratio.assign(6, 0.02);
   model.support_lag = {1e-4, 0.0, 2e-4, 1e-4};
   for (const double lag : {0.0, 1e-4}) {
@@ -194,7 +189,7 @@ TEST(KernelSteps, WhatTheBalanceMissesIsTheWorkOnGaps) {
 }
 
 TEST(KernelSteps, MirrorImagesTouchTogether) {
-  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   model.rest_lag = 1e-4;
   auto [state, drive] = tilted();
   state.velocity[1] = 0.0;
@@ -211,7 +206,7 @@ TEST(KernelSteps, MirrorImagesTouchTogether) {
 }
 
 TEST(KernelSteps, WithinAStepIsWhatTheStepSays) {
-  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   model.ratio.assign(6, 0.02);
   model.support_lag.assign(4, 1e-4);
   model.rest_lag = 1e-4;
@@ -238,7 +233,7 @@ TEST(KernelSteps, WithinAStepIsWhatTheStepSays) {
 }
 
 TEST(KernelSteps, DampedModesFallIdle) {
-  ReducedModel model = over_centre(kCompliance, 0.0);
+  ReducedModel model = test::over_centre(kCompliance, 0.0);
   model.frequency = {0.0, 100.0};
   model.ratio = {0.0, 0.01};
   ModalState state{2, 1};
@@ -254,13 +249,13 @@ TEST(KernelSteps, DampedModesFallIdle) {
 
 TEST(KernelSteps, ASupportThatRisesDoesItsWork) {
   // At rest on a spring whose foot goes by a t^2 / 2: y'' = -omega^2 (y - s).
-  const ReducedModel model = over_centre(kCompliance, 0.0);
-  const double omega = 1.0 / std::sqrt(kMass * kCompliance);
+  const ReducedModel model = test::over_centre(kCompliance, 0.0);
+  const double omega = 1.0 / std::sqrt(test::kReducedMass * kCompliance);
   const double a = 2.0;
-  Drive drive = weight(kGravity);
+  Drive drive = weight(test::kGravity);
   drive.retreat = {{0.0, 0.0, -0.5 * a, 0.0}};
   ModalState state{2, 1};
-  state.amplitude[0] = -kMass * kGravity * kCompliance * std::sqrt(kMass);
+  state.amplitude[0] = -test::kReducedMass * test::kGravity * kCompliance * std::sqrt(test::kReducedMass);
   double last = 1.0;
   for (const double tolerance : {1e-4, 1e-6, 1e-8}) {
     KernelSteps motion{model, tolerance};
@@ -272,7 +267,8 @@ TEST(KernelSteps, ASupportThatRisesDoesItsWork) {
       work += motion.flow(end).support_work;
     }
     const double rise = 0.5 * a * 0.01 - a / (omega * omega) * (1.0 - std::cos(omega * 0.1));
-    const double error = std::abs((motion.now().amplitude[0] - state.amplitude[0]) / std::sqrt(kMass) / rise - 1.0);
+    const double error =
+        std::abs((motion.now().amplitude[0] - state.amplitude[0]) / std::sqrt(test::kReducedMass) / rise - 1.0);
     EXPECT_LE(error, std::max(0.5 * last, 1e-9)) << tolerance;
     EXPECT_NEAR(modal_energy(model, drive, motion.now()).total() - before, work, 10.0 * tolerance * work);
     last = error;
@@ -281,7 +277,7 @@ TEST(KernelSteps, ASupportThatRisesDoesItsWork) {
 }
 
 TEST(KernelSteps, AFaceThatComesToABeamInTheAirIsMetInTime) {
-  const ReducedModel model = over_centre(kCompliance, 0.0);
+  const ReducedModel model = test::over_centre(kCompliance, 0.0);
   Drive drive = weight(0.0);
   drive.offset = {1.0};
   drive.retreat = {{0.0, 0.0, 0.0, -8.0}};  // 1 = 8 t^3
@@ -293,7 +289,7 @@ TEST(KernelSteps, AFaceThatComesToABeamInTheAirIsMetInTime) {
 }
 
 TEST(KernelSteps, GoOnBitForBit) {
-  ReducedModel model = test::table_on_supports(1e-8, kMass);
+  ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   model.rest_lag = 1e-4;
   const auto [state, drive] = tilted();
   KernelSteps whole{model, 1e-4};

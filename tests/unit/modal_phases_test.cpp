@@ -12,6 +12,7 @@
 
 #include "support/dense.hpp"
 #include "support/reduced_table.hpp"
+#include "support/steel_beam.hpp"
 #include "udar/modal/exact_phases.hpp"
 #include "udar/modal/oscillator.hpp"
 #include "udar/modal/reduced_model.hpp"
@@ -20,85 +21,79 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
-constexpr double kMass = 2500.0;  // [kg]
-
-/// A beam of two rigid modes over one support in its middle.
-ReducedModel over_centre(double compliance, double give) {
-  return {.frequency = {0.0, 0.0}, .row = {1.0 / std::sqrt(kMass), 0.0}, .compliance = {compliance}, .give = {give}};
-}
-
 Drive weight(double gravity, std::vector<double> offset) {
-  return {.load = {-gravity * std::sqrt(kMass), 0.0}, .offset = std::move(offset)};
+  return {.load = {-gravity * std::sqrt(test::kReducedMass), 0.0}, .offset = std::move(offset)};
 }
 
 TEST(ExactPhases, FlatFallOnACentralSupportLeavesAsItCame) {
   const double compliance = 3e-7;
   const double give = 1.0 / 2e8;
-  const ReducedModel model = over_centre(compliance, give);
+  const ReducedModel model = test::over_centre(compliance, give);
   const double speed = 4.0;
-  const double omega = 1.0 / std::sqrt(kMass * (compliance + give));
+  const double omega = 1.0 / std::sqrt(test::kReducedMass * (compliance + give));
   ExactPhases motion{model};
   ModalState state{2, 1};
-  state.velocity[0] = -speed * std::sqrt(kMass);
-  motion.start(state, weight(kGravity, {0.0}));
+  state.velocity[0] = -speed * std::sqrt(test::kReducedMass);
+  motion.start(state, weight(test::kGravity, {0.0}));
   ASSERT_EQ(motion.now().touches[0], 1);
-  const double contact = (std::numbers::pi + 2.0 * std::atan(kGravity / (omega * speed))) / omega;
+  const double contact = (std::numbers::pi + 2.0 * std::atan(test::kGravity / (omega * speed))) / omega;
   const double lowest = 0.5 * contact;
-  const double largest = kMass * (kGravity + std::hypot(kGravity, omega * speed));
+  const double largest = test::kReducedMass * (test::kGravity + std::hypot(test::kGravity, omega * speed));
   EXPECT_NEAR(motion.at(lowest).force[0], largest, 1e-12 * largest);
   // 1e-13: a zero is found to the rounding of its function.
   EXPECT_NEAR(motion.advance(1.0), contact, 1e-13);
   EXPECT_EQ(motion.now().touches[0], 0);
-  EXPECT_NEAR(motion.now().velocity[0], speed * std::sqrt(kMass), 1e-12 * speed * std::sqrt(kMass));
+  EXPECT_NEAR(motion.now().velocity[0], speed * std::sqrt(test::kReducedMass),
+              1e-12 * speed * std::sqrt(test::kReducedMass));
   // And it comes back after the flight of a ball.
-  EXPECT_NEAR(motion.advance(10.0), contact + 2.0 * speed / kGravity, 1e-12);
+  EXPECT_NEAR(motion.advance(10.0), contact + 2.0 * speed / test::kGravity, 1e-12);
   EXPECT_EQ(motion.count(), 2U);
 }
 
 TEST(ExactPhases, WhatIsLaidDownStaysThere) {
-  const ReducedModel model = over_centre(3e-7, 0.0);
-  const double weighs = kMass * kGravity;
+  const ReducedModel model = test::over_centre(3e-7, 0.0);
+  const double weighs = test::kReducedMass * test::kGravity;
   ModalState state{2, 1};
-  state.amplitude[0] = -weighs * 3e-7 * std::sqrt(kMass);
+  state.amplitude[0] = -weighs * 3e-7 * std::sqrt(test::kReducedMass);
   ExactPhases motion{model};
-  motion.start(state, weight(kGravity, {0.0}));
+  motion.start(state, weight(test::kGravity, {0.0}));
   EXPECT_DOUBLE_EQ(motion.advance(100.0), 100.0);
   EXPECT_NEAR(motion.now().force[0], weighs, 1e-12 * weighs);
   EXPECT_NEAR(motion.now().velocity[0], 0.0, 1e-12);
 }
 
 TEST(ExactPhases, WhatIsReleasedAtTheSupportTouchesAtOnce) {
-  const ReducedModel model = over_centre(3e-7, 0.0);
+  const ReducedModel model = test::over_centre(3e-7, 0.0);
   ExactPhases motion{model};
-  motion.start(ModalState{2, 1}, weight(kGravity, {0.0}));
+  motion.start(ModalState{2, 1}, weight(test::kGravity, {0.0}));
   ASSERT_EQ(motion.now().touches[0], 1);
-  const double omega = 1.0 / std::sqrt(kMass * 3e-7);
+  const double omega = 1.0 / std::sqrt(test::kReducedMass * 3e-7);
   const double half_way = std::numbers::pi / omega;
-  EXPECT_NEAR(motion.at(half_way).force[0], 2.0 * kMass * kGravity, 1e-9 * kMass * kGravity);
+  EXPECT_NEAR(motion.at(half_way).force[0], 2.0 * test::kReducedMass * test::kGravity,
+              1e-9 * test::kReducedMass * test::kGravity);
 }
 
 TEST(ExactPhases, ALoadThatGrowsAndASupportThatRisesAreExact) {
   // Held between a support and its weight: y = u t - g t^2/2 + a t^3/6 until it touches again.
-  const ReducedModel model = over_centre(3e-7, 0.0);
+  const ReducedModel model = test::over_centre(3e-7, 0.0);
   ModalState state{2, 1};
-  state.velocity[0] = 1.0 * std::sqrt(kMass);
-  Drive drive = weight(kGravity, {0.0});
-  drive.load_rate = {-6.0 * std::sqrt(kMass), 0.0};
+  state.velocity[0] = 1.0 * std::sqrt(test::kReducedMass);
+  Drive drive = weight(test::kGravity, {0.0});
+  drive.load_rate = {-6.0 * std::sqrt(test::kReducedMass), 0.0};
   drive.offset_rate = {-0.25};  // the support rises
   ExactPhases motion{model};
   motion.start(state, drive);
   const double back = motion.advance(10.0);
-  EXPECT_NEAR(0.75 * back - 0.5 * kGravity * back * back - back * back * back, 0.0, 1e-14);
+  EXPECT_NEAR(0.75 * back - 0.5 * test::kGravity * back * back - back * back * back, 0.0, 1e-14);
 }
 
 TEST(ExactPhases, KeepsItsEnergyOverManyChanges) {
-  const ReducedModel model = test::table_on_supports(1e-8, kMass);
+  const ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   ModalState state{6, 4};
-  state.velocity[0] = -3.0 * std::sqrt(kMass);
-  state.velocity[1] = 0.4 * std::sqrt(kMass);
+  state.velocity[0] = -3.0 * std::sqrt(test::kReducedMass);
+  state.velocity[1] = 0.4 * std::sqrt(test::kReducedMass);
   Drive drive{.load = std::vector<double>(6, 0.0), .offset = {0.01, 0.02, 0.03, 0.04}};
-  drive.load[0] = -kGravity * std::sqrt(kMass);
+  drive.load[0] = -test::kGravity * std::sqrt(test::kReducedMass);
   ExactPhases motion{model};
   motion.start(state, drive);
   const double before = modal_energy(model, drive, motion.now()).total();
@@ -110,11 +105,11 @@ TEST(ExactPhases, KeepsItsEnergyOverManyChanges) {
 }
 
 TEST(ExactPhases, MirrorImagesTouchTogether) {
-  const ReducedModel model = test::table_on_supports(1e-8, kMass);
+  const ReducedModel model = test::table_on_supports(1e-8, test::kReducedMass);
   ModalState state{6, 4};
-  state.velocity[0] = -3.0 * std::sqrt(kMass);
+  state.velocity[0] = -3.0 * std::sqrt(test::kReducedMass);
   Drive drive{.load = std::vector<double>(6, 0.0), .offset = std::vector<double>(4, 0.0)};
-  drive.load[0] = -kGravity * std::sqrt(kMass);
+  drive.load[0] = -test::kGravity * std::sqrt(test::kReducedMass);
   ExactPhases motion{model};
   motion.start(state, drive);
   while (motion.advance(1.0) < 1.0) {
@@ -161,7 +156,7 @@ double fastest_squared(const ReducedModel& model, unsigned touching) {
 
 TEST(ReducedModel, NoFrequencyIsAboveItsBound) {
   for (const double give : {0.0, 1e-9, 1e-8, 1e-6}) {
-    const ReducedModel model = test::table_on_supports(give, kMass);
+    const ReducedModel model = test::table_on_supports(give, test::kReducedMass);
     const double bound = model.frequency_bound();
     double fastest = 0.0;
     for (unsigned touching = 0; touching < 16; ++touching) {

@@ -26,17 +26,15 @@
 namespace udar {
 namespace {
 
-constexpr double kGravity = 9.81;
 constexpr double kRigidSupport = std::numeric_limits<double>::infinity();
-const double kSpeed = test::kFallSpeed;
 
 Support point_at(double x, double stiffness) { return {.position = x, .stiffness = stiffness}; }
 
 /// The beam that touches its supports at t = 0, flat.
-ModelParameters landing(PetscInt elements, std::vector<Support> supports, double speed = kSpeed) {
+ModelParameters landing(PetscInt elements, std::vector<Support> supports, double speed = test::kFallSpeed) {
   return {.beam = test::steel_beam(elements),
           .filter = test::unfiltered(1e-4),
-          .gravity = kGravity,
+          .gravity = test::kGravity,
           .loads = {},
           .initial = {.velocity = -speed},
           .supports = std::move(supports)};
@@ -63,11 +61,11 @@ TEST(Modal, TwoRigidModesOnACentralSupportAreABall) {
   const double mass = fall.beam.total_mass();
   const double give = 1000.0 / (192.0 * test::steel_beam(2).segments[0].bending_stiffness) + 1.0 / stiffness;
   const double omega = 1.0 / std::sqrt(mass * give);
-  const double contact = (std::numbers::pi + 2.0 * std::atan(kGravity / (omega * kSpeed))) / omega;
+  const double contact = (std::numbers::pi + 2.0 * std::atan(test::kGravity / (omega * test::kFallSpeed))) / omega;
   EXPECT_EQ(fall.dynamics.counts().first_contact_time, 0.0);
   // 1e-12: the static column is settled to 1e-13.
   EXPECT_NEAR(fall.dynamics.counts().last_contact_time, contact, 1e-12 * contact);
-  EXPECT_NEAR(centre_speed(fall), kSpeed - kGravity * (0.2 - contact), 1e-11);
+  EXPECT_NEAR(centre_speed(fall), test::kFallSpeed - test::kGravity * (0.2 - contact), 1e-11);
 }
 
 /// Of a flat fall on two supports with a stiffness.
@@ -129,7 +127,8 @@ TEST(Modal, KeepsItsLedgerOnAnyRanks) {
     }
     MPI_Allreduce(MPI_IN_PLACE, &momentum, 1, MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
     const double given = rows.support_impulses[k][0] + rows.support_impulses[k][1];
-    EXPECT_NEAR(momentum, given - mass * (kSpeed + kGravity * rows.times[k]), 1e-10 * mass * kSpeed);
+    EXPECT_NEAR(momentum, given - mass * (test::kFallSpeed + test::kGravity * rows.times[k]),
+                1e-10 * mass * test::kFallSpeed);
   }
   // As it was on one rank, after the second landing, but for what sums round by.
   constexpr double kCentreSpeed = 0.52370198074;
@@ -141,13 +140,13 @@ TEST(Modal, RestsInEquilibriumWhateverTheModes) {
   for (const PetscInt count : {2, 4, 10}) {
     const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(20)};
     const std::size_t nodes = beam.points().points();
-    const Loads weight{beam.points(), kGravity, {}};
+    const Loads weight{beam.points(), test::kGravity, {}};
     std::vector<LinePoint> points(2);
     points[0].node = 4;
     points[1].node = 16;
     const ModalModel model{beam, {}, weight, std::vector<double>(nodes, 0.0), points, {.modes = count}};
     // Half the weight on each, and every mode where its forces hold it.
-    const double half = 0.5 * beam.total_mass() * kGravity;
+    const double half = 0.5 * beam.total_mass() * test::kGravity;
     ModalState state{model.reduced().modes(), 2};
     const ReducedModel& reduced = model.reduced();
     for (std::size_t m = 0; m < reduced.modes(); ++m) {
@@ -206,8 +205,8 @@ Sags sags_of(const char* modes) {
   }
   MPI_Allreduce(MPI_IN_PLACE, &sags.ends, 1, MPI_DOUBLE, MPI_MIN, PETSC_COMM_WORLD);
   MPI_Allreduce(MPI_IN_PLACE, &sags.middle, 1, MPI_DOUBLE, MPI_MIN, PETSC_COMM_WORLD);
-  const double height = record.energies.back().load_potential / (kGravity * fall.beam.total_mass());
-  sags.rebound = std::sqrt(std::pow(centre_speed(fall), 2) + 2.0 * kGravity * height) / kSpeed;
+  const double height = record.energies.back().load_potential / (test::kGravity * fall.beam.total_mass());
+  sags.rebound = std::sqrt(std::pow(centre_speed(fall), 2) + 2.0 * test::kGravity * height) / test::kFallSpeed;
   EXPECT_GT(record.energies.back().radiated, 0.08 * record.energies.front().kinetic);
   EXPECT_LT(record.energies.back().radiated, 0.2 * record.energies.front().kinetic);
   EXPECT_LT(std::abs(record.energies.back().drift()), 1e-3);

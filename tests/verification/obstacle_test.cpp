@@ -27,13 +27,13 @@ constexpr std::size_t kAlwaysDense = 100000;
 constexpr std::size_t kNeverDense = 0;
 
 /// The beam with a shape of its masses, and the line that contact makes of it.
-struct Held {
+struct OverObstacle {
   BeamChain beam;
   FilteredStructure line;
   std::vector<double> position;
   std::vector<double> free_stretch;
 
-  Held(PetscInt elements, const std::function<double(double)>& shape)
+  OverObstacle(PetscInt elements, const std::function<double(double)>& shape)
       : beam{PETSC_COMM_WORLD, test::steel_beam(elements)}, line{beam, {.filter_frequency = kFrequency}} {
     for (PetscInt node = beam.begin(); node < beam.end(); ++node) {
       position.push_back(shape(beam.position(node)));
@@ -87,13 +87,13 @@ TEST(ManyContactNodes, GiveTheForcesOfTheDenseProblem) {
   };
   for (double (*const shape)(double) : {tilted, bulging, waving}) {
     for (const std::vector<Support>& supports : {floor, several}) {
-      Held held{50, shape};
+      OverObstacle held{50, shape};
       LineContact few{held.line, find_contacts(held.line.points(), supports), kAlwaysDense};
       LineContact many{held.line, find_contacts(held.line.points(), supports), kNeverDense};
       ASSERT_TRUE(few.dense());
       ASSERT_FALSE(many.dense());
-      const Held::Result expected = held.apply(few);
-      const Held::Result found = held.apply(many);
+      const OverObstacle::Result expected = held.apply(few);
+      const OverObstacle::Result found = held.apply(many);
       EXPECT_TRUE(found.held);
       double scale = 0.0;
       for (const double force : expected.force) {
@@ -121,11 +121,11 @@ TEST(ManyContactNodes, OfSupportsThatMoveAndGiveWayGiveTheForcesOfTheDenseProble
     stop.motion = motion;
     for (double (*const shape)(double) : {tilted, bulging, waving}) {
       for (const std::vector<Support>& supports : {std::vector{floor}, {pad, held, stop}}) {
-        Held at{50, shape};
+        OverObstacle at{50, shape};
         LineContact few{at.line, find_contacts(at.line.points(), supports), kAlwaysDense};
         LineContact many{at.line, find_contacts(at.line.points(), supports), kNeverDense};
-        const Held::Result expected = at.apply(few, kTime);
-        const Held::Result found = at.apply(many, kTime);
+        const OverObstacle::Result expected = at.apply(few, kTime);
+        const OverObstacle::Result found = at.apply(many, kTime);
         EXPECT_TRUE(found.held);
         double scale = 0.0;
         for (const double force : expected.force) {
@@ -144,27 +144,27 @@ TEST(ManyContactNodes, UnderAFlatFallAreSpringsOfTheFilter) {
   // Every mass hangs by its own spring over a straight line: r_i = wf^2 m_i times its depth.
   for (const PetscInt elements : {200, 2000}) {
     constexpr double kDepth = 0.01;
-    Held held{elements, [](double /*x*/) { return -kDepth; }};
+    OverObstacle held{elements, [](double /*x*/) { return -kDepth; }};
     LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)})};
     ASSERT_FALSE(contact.dense());
-    const Held::Result found = held.apply(contact);
+    const OverObstacle::Result found = held.apply(contact);
     double off = 0.0;
     for (std::size_t i = 0; i < found.force.size(); ++i) {
       const double exact = kFrequency * kFrequency * held.line.mass()[i] * kDepth;
       off = std::max(off, std::abs(found.force[i] - exact) / exact);
       EXPECT_NEAR(found.stretch[i], kDepth, 1e-13);
     }
-    // Held points give way by 1e-13 of the filter's compliance; nodes closer than a decay length share forces at the
-    // fourth power of their distance, (h / ell)^4 = 2e-7 and 2e-11 (found at the ends: 2e-7 and 1.9e-3).
+    // OverObstacle points give way by 1e-13 of the filter's compliance; nodes closer than a decay length share forces
+    // at the fourth power of their distance, (h / ell)^4 = 2e-7 and 2e-11 (found at the ends: 2e-7 and 1.9e-3).
     EXPECT_LT(largest(off), elements == 200 ? 5e-7 : 5e-3);
   }
 }
 
 TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
   for (double (*const shape)(double) : {tilted, bulging, waving}) {
-    Held held{4000, shape};
+    OverObstacle held{4000, shape};
     LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)})};
-    const Held::Result found = held.apply(contact);
+    const OverObstacle::Result found = held.apply(contact);
     double depth = 0.0;
     double low = 0.0;
     std::array<double, 3> sums{};  // r'(gap), |r|'depth, springs and forces
@@ -191,13 +191,13 @@ TEST(ManyContactNodes, MeetTheConditionsOnAFineMesh) {
 
 TEST(ManyContactNodes, HaveTheSameForcesByTheActiveSetAsByTheInteriorPointMethod) {
   for (double (*const shape)(double) : {tilted, bulging, waving}) {
-    Held held{400, shape};
+    OverObstacle held{400, shape};
     const Contacts contacts = find_contacts(held.line.points(), {Support::floor(0.0, 1.0)});
     LineContact set{held.line, contacts};
-    const Held::Result found = held.apply(set);
+    const OverObstacle::Result found = held.apply(set);
     const test::Option chosen{"-contact_tao_type", "bqpip"};
     LineContact interior{held.line, contacts};
-    const Held::Result expected = held.apply(interior);
+    const OverObstacle::Result expected = held.apply(interior);
     // Complementarity is right to 1e-15 of the energy of contact: lines differ by its root.
     EXPECT_LT(distance(expected.stretch, found.stretch), 1e-9) << "[m]";
     EXPECT_LT(distance(expected.moment, found.moment), 1e-3 * largest(std::ranges::max(expected.moment)));
@@ -205,7 +205,7 @@ TEST(ManyContactNodes, HaveTheSameForcesByTheActiveSetAsByTheInteriorPointMethod
 }
 
 TEST(ManyContactNodes, HaveTheSameForcesFromAnyGuess) {
-  Held held{400, [](double x) { return -0.01 + 0.02 * std::max(0.0, x - 5.0); }};
+  OverObstacle held{400, [](double x) { return -0.01 + 0.02 * std::max(0.0, x - 5.0); }};
   LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)})};
   std::vector<double> gap(contact.points().size());
   for (const std::size_t i : contact.mine()) {
@@ -228,9 +228,9 @@ TEST(ManyContactNodes, HaveTheSameForcesFromAnyGuess) {
 }
 
 TEST(ManyContactNodes, OutOfReachHoldNothing) {
-  Held held{200, [](double x) { return 0.1 + 0.001 * x; }};
+  OverObstacle held{200, [](double x) { return 0.1 + 0.001 * x; }};
   LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)}), kNeverDense};
-  const Held::Result found = held.apply(contact);
+  const OverObstacle::Result found = held.apply(contact);
   EXPECT_FALSE(found.held);
   EXPECT_EQ(distance(found.stretch, held.free_stretch), 0.0);
   std::vector<double> gap(contact.points().size(), -1e-3);
@@ -251,7 +251,7 @@ TEST(ManyContactNodes, OutOfReachHoldNothing) {
 }
 
 TEST(ManyContactNodes, NeedNumbersAndALineForTheChain) {
-  Held held{200, tilted};
+  OverObstacle held{200, tilted};
   LineContact contact{held.line, find_contacts(held.line.points(), {Support::floor(0.0, 1.0)}), kNeverDense};
   std::vector<double> gap(contact.points().size(), -1.0);
   std::vector<double> force(gap.size());

@@ -20,19 +20,17 @@
 namespace udar {
 namespace {
 
-using test::kGravity;
-
 /// A fall that begins with faces as high, or as deep, as given.
 ModelParameters pressed(PetscInt elements, std::vector<Support> supports, double speed = 0.0) {
   return {.beam = test::steel_beam(elements),
           .filter = test::unfiltered(1e-4),
-          .gravity = kGravity,
+          .gravity = test::kGravity,
           .loads = {},
           .initial = {.velocity = speed},
           .supports = std::move(supports)};
 }
 
-Support spring(double height, double stiffness, SupportSide side = SupportSide::below) {
+Support pressed_spring(double height, double stiffness, SupportSide side = SupportSide::below) {
   Support support{.position = 5.0, .height = height, .side = side};
   support.stiffness = stiffness;
   return support;
@@ -56,14 +54,14 @@ TEST(PressedStart, ModesLeaveASpringAsAMassDoes) {
   const test::Option type{"-ts_type", "modal"};
   const test::Option modes{"-modal_modes", "2"};
   const test::Option end{"-ts_max_time", "0.1"};
-  test::Fall fall{pressed(2, {spring(kDepth, kStiffness)})};
+  test::Fall fall{pressed(2, {pressed_spring(kDepth, kStiffness)})};
   test::Recorder rows{1e-3};
   fall.dynamics.add_observer(rows);
   fall.dynamics.solve();
   const double mass = fall.beam.total_mass();
   const double give = kGive + 1.0 / kStiffness;
   const double omega = 1.0 / std::sqrt(mass * give);
-  const double sag = kGravity / (omega * omega);
+  const double sag = test::kGravity / (omega * omega);
   const double leaves = std::acos(sag / (sag - kDepth)) / omega;
   ASSERT_LT(leaves, 0.1);
   for (std::size_t k = 0; k < rows.times.size(); ++k) {
@@ -78,8 +76,8 @@ TEST(PressedStart, ModesLeaveASpringAsAMassDoes) {
   EXPECT_NEAR(rows.energies.front().initial, rows.energies.front().total(), 0.0);
   EXPECT_NEAR(fall.dynamics.counts().last_contact_time, leaves, 1e-12);
   const double speed = (kDepth - sag) * omega * std::sin(omega * leaves);
-  EXPECT_NEAR(test::momentum_of(fall.line, fall.dynamics) / mass, speed - kGravity * (0.1 - leaves), 1e-10);
-  EXPECT_NEAR(fall.dynamics.support_impulses()[0], mass * (speed + kGravity * leaves), 1e-9 * mass);
+  EXPECT_NEAR(test::momentum_of(fall.line, fall.dynamics) / mass, speed - test::kGravity * (0.1 - leaves), 1e-10);
+  EXPECT_NEAR(fall.dynamics.support_impulses()[0], mass * (speed + test::kGravity * leaves), 1e-9 * mass);
   EXPECT_NEAR(fall.dynamics.smallest_line_gap().gap, -kDepth / give / kStiffness, 1e-12);
 }
 
@@ -94,7 +92,7 @@ TEST(PressedStart, TwoSpringsThatSqueezeAreOneThatHoldsBothWays) {
   const test::Option modes{"-modal_modes", "2"};
   const test::Option end{"-ts_max_time", "0.3"};
   ModelParameters parameters =
-      pressed(2, {spring(kDepth, kStiffness), spring(-kDepth, kStiffness, SupportSide::above)}, kSpeed);
+      pressed(2, {pressed_spring(kDepth, kStiffness), pressed_spring(-kDepth, kStiffness, SupportSide::above)}, kSpeed);
   parameters.gravity = 0.0;
   test::Fall fall{parameters};
   test::Recorder rows{1e-3};
@@ -121,7 +119,7 @@ std::vector<double> damped_positions(double mass, double stiffness, double dampi
   };
   const auto rate = [&](const State& at) {
     const double r = std::max(-(at.z + at.y) / kGive, 0.0);
-    return State{at.v, r / mass - kGravity, (r - stiffness * at.y) / damping};
+    return State{at.v, r / mass - test::kGravity, (r - stiffness * at.y) / damping};
   };
   const auto moved = [](const State& at, const State& by, double h) {
     return State{at.z + h * by.z, at.v + h * by.v, at.y + h * by.y};
@@ -158,7 +156,7 @@ TEST(PressedStart, ADamperBesideTheSpringTakesItsShare) {
   const test::Option modes{"-modal_modes", "2"};
   const test::Option end{"-ts_max_time", "0.06"};
   const test::Option tolerance{"-ts_rtol", "1e-7"};
-  std::vector<Support> supports{spring(kDepth, kStiffness)};
+  std::vector<Support> supports{pressed_spring(kDepth, kStiffness)};
   supports[0].damping = kDamping;
   test::Fall fall{pressed(2, supports)};
   test::Recorder rows{1e-3};
@@ -187,7 +185,7 @@ TEST(PressedStart, MoreauJeanLeavesATableOfSprings) {
   constexpr double kDepth = 0.01;
   constexpr double kPlace = 0.3;  // of the face
   constexpr double w = 100.0;
-  const double sag = kGravity / (w * w);
+  const double sag = test::kGravity / (w * w);
   const double mass = 7850.0 * std::numbers::pi * 0.1;
   const test::Option end{"-ts_max_time", "0.015"};
   double before = 0.0;
@@ -235,7 +233,7 @@ TEST(PressedStart, TheFilteredLineLeavesATableOfSprings) {
   constexpr double kTable = 2500.0;  // [1/s^2]
   const double square = 1.0 / (1.0 / (kFilter * kFilter) + 1.0 / kTable);
   const double w = std::sqrt(square);
-  const double sag = kGravity / kTable;  // of the mass below the face, where it would rest
+  const double sag = test::kGravity / kTable;  // of the mass below the face, where it would rest
   const test::Option end{"-ts_max_time", "0.03"};
   const test::Option tolerance{"-ts_rtol", "1e-10"};
   std::vector<test::Way> ways{test::kWays.begin(), test::kWays.end()};
@@ -243,7 +241,7 @@ TEST(PressedStart, TheFilteredLineLeavesATableOfSprings) {
   for (const test::Way& way : ways) {
     const char* const name = way.integrator;
     const test::Option type{"-ts_type", name};
-    test::Fall fall{test::steel_beam(6),     kFilter, kGravity, {.height = -kDepth}, {table(0.0, kTable)},
+    test::Fall fall{test::steel_beam(6),     kFilter, test::kGravity, {.height = -kDepth}, {table(0.0, kTable)},
                     test::on_line(way.dense)};
     test::Recorder rows{1e-3};
     fall.dynamics.add_observer(rows);
@@ -253,7 +251,7 @@ TEST(PressedStart, TheFilteredLineLeavesATableOfSprings) {
       for (const double position : rows.positions[k]) {
         EXPECT_NEAR(position, y, 1e-9) << name << ' ' << rows.times[k];
       }
-      const double push = square * (kGravity / (kFilter * kFilter) - y);  // over the mass
+      const double push = square * (test::kGravity / (kFilter * kFilter) - y);  // over the mass
       ASSERT_GT(push, 0.0);
       EXPECT_NEAR(rows.energies[k].support_springs, 0.5 * fall.beam.total_mass() * push * push / kTable, 1e-5)
           << name << ' ' << rows.times[k] << " [J]";
