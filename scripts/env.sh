@@ -12,3 +12,5 @@ export PRTE_MCA_hwloc_default_binding_policy=none
 export OMPI_MCA_mpi_yield_when_idle=1
 export OMP_NUM_THREADS=1
 export OPENBLAS_NUM_THREADS=1
+# In a container without /sys every program would say so before anything else.
+export HWLOC_HIDE_ERRORS=2
