@@ -79,6 +79,40 @@ void check_gauges(const CaseInput& input) {
   }
 }
 
+/// What needs masses that move along x and z, too.
+void check_space(const CaseInput& input) {
+  if (input.structure.network) {
+    return;
+  }
+  if (input.contact.faces_in_space) {
+    throw InputError{
+        "options -support_normal, -support_friction, -support_y_* and -support_z_* are not allowed without "
+        "-structure_type network"};
+  }
+  if (input.start.in_space) {
+    throw InputError{
+        "options -initial_velocity_x, -initial_velocity_z and -initial_spin are not allowed without -structure_type "
+        "network"};
+  }
+}
+
+/// The planes that nodes face, if some have a normal along no axis.
+std::vector<FacedPlane> faced_planes(const std::vector<Support>& supports) {
+  const auto oblique = [](const Support& support) {
+    return std::max({support.normal.x, support.normal.y, support.normal.z}) != 1.0;
+  };
+  std::vector<FacedPlane> planes;
+  for (const Support& support : supports) {
+    if (support.width == 0.0 && std::ranges::any_of(supports, oblique)) {
+      throw InputError{
+          "option -support_width: 0 is not allowed where a -support_normal is oblique, expected a width that holds the "
+          "nodes, or inf [m]"};
+    }
+    planes.push_back({.region = support.region(), .normal = support.normal});
+  }
+  return std::ranges::any_of(supports, oblique) ? planes : std::vector<FacedPlane>{};
+}
+
 }  // namespace
 
 CaseInput read_case(MPI_Comm comm) {
@@ -97,6 +131,7 @@ CaseInput read_case(MPI_Comm comm) {
   input.contact = read_contact(comm);
   input.output = read_output(comm);
   check_gauges(input);
+  check_space(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   return input;
 }
@@ -107,6 +142,9 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.beam.mass_patches = input.contact.mass_patches;
   settled.imported = input.structure.imported;
   settled.network = input.structure.network;
+  if (settled.network) {
+    settled.network->planes = faced_planes(input.contact.supports);
+  }
   settled.write = input.structure.write;
   settled.filter = settled_filter(comm, input, settled);
   settled.gravity = input.start.gravity;

@@ -35,6 +35,7 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
   for (const Place& gauge : input.gauges) {
     require_on("gauge position", gauge.x, points.extent());
     layout.gauge_node.push_back(points.nearest(gauge));
+    layout.gauge_height.push_back(points.height_of(layout.gauge_node.back()));
     layout.gauge_position.push_back(gauge.x);
   }
   for (const Support& support : input.supports) {
@@ -44,6 +45,10 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
          .height = support.profile.x.empty() ? support.height : std::ranges::max(support.profile.height),
          .restitution = support.restitution,
          .side = static_cast<int>(support.side)});
+    if (std::ranges::any_of(input.supports, &Support::in_space)) {
+      const auto& [x, y, z] = support.normal;
+      layout.supports.back().space = {x, y, z, support.y.from, support.y.to, support.z.from, support.z.to};
+    }
     if (support.motion) {
       layout.supports.back().lift = [motion = support.motion](double time) { return motion->at(time).height; };
     }

@@ -18,11 +18,15 @@ void require(bool condition, const char* quantity, double value, const std::stri
 }
 
 void require_sound(const MassPoints& points, const Support& support) {
-  require_on("support position", support.position, points.extent());
+  if (std::isfinite(support.width)) {
+    require_on("support position", support.position, points.extent());
+  }
   require(support.width >= 0.0, "support width", support.width, "a number >= 0 [m]");
   require(std::isfinite(support.height), "support height", support.height, "a finite number [m]");
   require(support.restitution >= 0.0 && support.restitution <= 1.0, "contact restitution", support.restitution,
           "a number from 0 to 1");
+  require(support.friction >= 0.0 && std::isfinite(support.friction), "support friction", support.friction,
+          "a number >= 0");
   require(support.yield_speed > 0.0, "support yield speed", support.yield_speed, "a number > 0 or inf [m/s]");
 }
 
@@ -57,6 +61,8 @@ void require_apart(MPI_Comm comm, const std::vector<Support>& supports, const st
 void add_sets(const MassPoints& points, const Support& support, PetscInt index, const PointRows& touched,
               std::vector<ContactSet>& sets) {
   const double carried = support.elastic() ? touched.mass : 0.0;
+  const bool upright = support.normal.y == 1.0;
+  const bool level = upright && support.profile.x.empty();
   const auto add = [&](std::size_t first, std::size_t last) {
     if (first == last) {
       return;
@@ -65,15 +71,21 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
                                                    .last = last,
                                                    .support = index,
                                                    .side = static_cast<double>(support.side),
-                                                   .level = support.height,
+                                                   .level = level ? support.height : 0.0,
                                                    .law = support.law(),
                                                    .profile = {},
                                                    .motion = support.motion,
                                                    .carried = carried,
                                                    .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
-                                                   .damping = support.elastic() ? support.damping / carried : 0.0});
-    for (std::size_t point = first; point < last && !support.profile.x.empty(); ++point) {
-      set.profile.push_back(support.height_at(points.place(point).x));
+                                                   .damping = support.elastic() ? support.damping / carried : 0.0,
+                                                   .friction = support.friction});
+    for (std::size_t point = first; point < last && !level; ++point) {
+      const Place place = points.place(point);
+      // A coordinate begins at its share of the height.
+      const double across = upright ? 0.0
+                                    : support.normal.x * place.x + support.normal.y * place.y +
+                                          support.normal.z * place.z - points.reference(point);
+      set.profile.push_back(support.height_at(place.x) - across);
     }
   };
   for (const auto& [first, last] : touched.rows) {
@@ -91,10 +103,9 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
 }  // namespace
 
 PointRows touched_points(const MassPoints& points, const Support& support) {
-  if (std::isinf(support.width)) {
-    return points.all();
-  }
-  return support.width == 0.0 ? points.section(support.position) : points.within(support.from(), support.to());
+  const Region region = support.region();
+  return support.width == 0.0 ? points.section(support.position, region, support.normal)
+                              : points.within(region, support.normal);
 }
 
 Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) {
@@ -103,7 +114,8 @@ Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) 
     require_sound(points, support);
     touched.push_back(touched_points(points, support));
     require(touched.back().count > 0, "support width", support.width,
-            "0 (the nearest node) or wide enough to hold a node; no node lies within this support [m]");
+            "0 (the nearest node) or wide enough to hold a node; no node that moves along its normal lies within this "
+            "support [m]");
     require(support.stiffness > 0.0, "support stiffness", support.stiffness, "a number > 0 or inf [N/m]");
     require(support.damping >= 0.0 && std::isfinite(support.damping), "support damping", support.damping,
             "a number >= 0 [N s/m]");

@@ -74,7 +74,7 @@ ColumnSolver* column_solver(PC pc) {
 }  // namespace
 
 FilteredStructure::FilteredStructure(const Structure& structure, const FilterParameters& parameters)
-    : structure_{&structure}, parameters_{parameters} {
+    : structure_{&structure}, parameters_{parameters}, framed_{structure.points()} {
   require_filter_frequency(parameters);
   const petsc::LogScope scope{petsc::log_events().assemble};
   operator_ = make_operator(structure, parameters);
@@ -174,6 +174,14 @@ void FilteredStructure::correct(std::vector<CorrectedMode> modes) {
 }
 
 void FilteredStructure::solve_filtered(std::span<const FilterColumn> columns) {
+  if (framed_.none()) {
+    return solve_unknowns(columns);
+  }
+  solve_unknowns(framed_.of_unknowns(columns));
+  framed_.stretches_of_points(columns);
+}
+
+void FilteredStructure::solve_unknowns(std::span<const FilterColumn> columns) {
   if (columns_ != nullptr) {
     return solve_by_columns(columns);
   }

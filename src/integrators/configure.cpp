@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 10> kFeatureNames{{
+constexpr std::array<FeatureName, 11> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -42,6 +42,7 @@ constexpr std::array<FeatureName, 10> kFeatureNames{{
     {Feature::mass_damping, "damping mass", "damping of the masses (`damping mass`)", "0 [1/s]"},
     {Feature::stiffness_damping, "damping stiffness", "damping of the line (`damping stiffness`)", "0 [s]"},
     {Feature::modal_damping, "damping ratio", "damping of each mode (`damping ratio`)", "none"},
+    {Feature::friction, "support friction", "supports that rub (`support friction`)", "0"},
 }};
 
 /// "a, b or c".
@@ -204,6 +205,7 @@ Features needed_features(const ImpactProblem& problem) {
   needed.add(Feature::modal_damping, !equations.damping_ratio().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
+    needed.add(Feature::friction, support.friction > 0.0);
     needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic());
   }
   return needed;

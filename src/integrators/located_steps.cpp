@@ -298,7 +298,22 @@ double LocatedSteps::end_step() {
   return time;
 }
 
+/// Friction of masses that were pressed on a support in the step, by the impulse of all of it.
+void LocatedSteps::rub_pressed() {
+  const WriteArray state{state_};
+  for (const ContactSet& set : contact_->sets()) {
+    for (std::size_t node = set.first; node < set.last && set.friction > 0.0 && motion_.length() > 0.0; ++node) {
+      const double over_mass = !set.plain()                      ? motion_.action(set, node, 1.0).push
+                               : contact_->resting_on(node, set) ? motion_.wf2() * motion_.pull_integral(node)
+                                                                 : 0.0;
+      contact_->rub(set, node, over_mass * equations_->line().mass()[node], motion_.end().line.time,
+                    {state.values() + count_, count_});
+    }
+  }
+}
+
 void LocatedSteps::apply_events() {
+  rub_pressed();
   if (!motion_.plain()) {
     change_touches();
   }

@@ -147,6 +147,17 @@ void add_points(Hdf5File& file, const RunLayout& layout) {
     file.add_node_values("/direction", layout.nodes(), layout.order->to_user(direction));
     add_units(file, "/direction", "1");
   }
+  int framed = points.frames().empty() ? 0 : 1;
+  MPI_Allreduce(MPI_IN_PLACE, &framed, 1, MPI_INT, MPI_LOR, layout.comm());
+  if (framed != 0) {
+    std::vector<double> axes;
+    for (std::size_t point = 0; point < points.points(); ++point) {
+      const auto [x, y, z] = points.axis(point);
+      axes.insert(axes.end(), {x, y, z});
+    }
+    file.add_node_values("/axis", layout.nodes(), layout.order->to_user(axes, 3), 3);
+    add_units(file, "/axis", "1");
+  }
   file.add_node_values("/cells", layout.cells, layout.order->rows_of(layout.topology.corners),
                        static_cast<int>(Topology::corners_of(layout.topology.shape)));
   add_units(file, "/cells", "1");
@@ -190,6 +201,16 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   add_of_supports("/support_height", "m", [](const Support& support) { return support.height; });
   add_of_supports("/support_side", "1", [](const Support& support) { return support.side; });
   add_of_supports("/support_restitution", "1", [](const Support& support) { return support.restitution; });
+  constexpr std::array<std::pair<const char*, const char*>, 7> kSpace{{{"/support_normal_x", "1"},
+                                                                       {"/support_normal_y", "1"},
+                                                                       {"/support_normal_z", "1"},
+                                                                       {"/support_y_from", "m"},
+                                                                       {"/support_y_to", "m"},
+                                                                       {"/support_z_from", "m"},
+                                                                       {"/support_z_to", "m"}}};
+  for (std::size_t k = 0; !layout.supports.empty() && k < layout.supports.front().space.size(); ++k) {
+    add_of_supports(kSpace.at(k).first, kSpace.at(k).second, [k](const Support& support) { return support.space[k]; });
+  }
   if (!layout.ground_x.empty()) {
     file.add_small("/ground_x", layout.ground_x);
     add_units(file, "/ground_x", "m");
@@ -280,11 +301,11 @@ void ResultsFile::append_field(const Field& field) {
 std::vector<double> ResultsFile::displacements(std::span<const double> coordinate) const {
   std::vector<double> vectors(3 * coordinate.size(), 0.0);
   for (std::size_t point = 0; point < coordinate.size(); ++point) {
-    const Direction direction = points_->direction(point);
-    if (direction != Direction::other) {
-      const std::size_t axis = direction == Direction::x ? 0 : direction == Direction::y ? 1 : 2;
-      vectors[3 * point + axis] = coordinate[point] - points_->reference(point);
-    }
+    const double moved = coordinate[point] - points_->reference(point);
+    const auto [x, y, z] = points_->axis(point);
+    vectors[3 * point] = x * moved;
+    vectors[3 * point + 1] = y * moved;
+    vectors[3 * point + 2] = z * moved;
   }
   return vectors;
 }

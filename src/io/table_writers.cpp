@@ -19,7 +19,7 @@ class GaugeWriter final : public BlockWriter {
       : BlockWriter{interval},
         comm_{layout.comm()},
         points_{layout.points},
-        node_{layout.gauge_node},
+        gauges_{layout.gauge_height},
         file_{comm_, path} {
     MPI_Comm_rank(comm_, &rank_);
     std::vector<std::string_view> columns;
@@ -29,17 +29,21 @@ class GaugeWriter final : public BlockWriter {
         columns.push_back(layout.fields[i].gauge);
       }
     }
-    file_.append(gauge_header(node_.size(), columns));
+    file_.append(gauge_header(gauges_.size(), columns));
   }
 
  private:
   void add(const Snapshot& state) override {
     times_.push_back(state.time);
-    for (const PetscInt node : node_) {
-      const bool here = points_->owns(node);
-      const auto local = static_cast<std::size_t>(here ? node - points_->begin() : 0);
+    for (const std::vector<PointShare>& gauge : gauges_) {
       for (const std::size_t field : field_) {
-        values_.push_back(here ? state.fields[field].numbers()[local] : 0.0);
+        double value = 0.0;
+        for (const auto& [point, share] : gauge) {
+          if (points_->owns(point)) {
+            value += share * state.fields[field].numbers()[static_cast<std::size_t>(point - points_->begin())];
+          }
+        }
+        values_.push_back(value);
       }
     }
   }
@@ -58,7 +62,7 @@ class GaugeWriter final : public BlockWriter {
   MPI_Comm comm_;
   int rank_ = 0;
   const MassPoints* points_;
-  std::vector<PetscInt> node_;      ///< of each gauge
+  std::vector<std::vector<PointShare>> gauges_;
   std::vector<std::size_t> field_;  ///< that a gauge reads, indices into the snapshot's
   TextFile file_;
   std::vector<double> times_;   ///< of the rows that wait [s]

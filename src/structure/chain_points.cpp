@@ -34,9 +34,15 @@ class ChainPoints final : public MassPoints {
   [[nodiscard]] double total_mass() const override { return beam_->total_mass(); }
   [[nodiscard]] PetscInt nearest(const Place& place) const override { return beam_->nearest_node(place.x); }
 
-  [[nodiscard]] PointRows within(double from, double to) const override {
-    const auto [first, last] = beam_->nodes_within(from, to);
+  /// All lie on y = z = 0 and move up.
+  [[nodiscard]] PointRows within(const Region& region, const Place& along) const override {
     PointRows rows;
+    if (along.y != 1.0 || !region.holds({.x = std::clamp(0.0, region.from.x, region.to.x)})) {
+      return rows;
+    }
+    const Extent beam = extent();
+    const auto [first, last] = beam_->nodes_within(std::isinf(region.from.x) ? beam.from : region.from.x,
+                                                   std::isinf(region.to.x) ? beam.to : region.to.x);
     if (first <= last) {
       rows.count = last - first + 1;
       rows.mass = beam_->mass_of({.first = first, .last = last});
@@ -50,7 +56,9 @@ class ChainPoints final : public MassPoints {
     return rows;
   }
 
-  [[nodiscard]] PointRows section(double x) const override { return single(beam_->nearest_node(x)); }
+  [[nodiscard]] PointRows section(double x, const Region& /*region*/, const Place& /*along*/) const override {
+    return single(beam_->nearest_node(x));
+  }
 
   [[nodiscard]] std::vector<PointShare> lever(const Place& place) const override {
     const auto [near, far] = beam_->lever(place.x);

@@ -1,11 +1,34 @@
 #include "udar/structure/initial_state.hpp"
 
+#include <array>
 #include <string>
 
+#include "structure/place_algebra.hpp"
 #include "udar/numerics/polyline.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+
+namespace {
+
+/// Of all that moves along y. @note Collective.
+Place centre_of_mass(const MassPoints& points) {
+  std::array<double, 4> sums{};
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    if (points.direction(point) == Direction::y) {
+      const double mass = points.mass()[point];
+      const auto [x, y, z] = points.place(point);
+      sums[0] += mass;
+      sums[1] += mass * x;
+      sums[2] += mass * y;
+      sums[3] += mass * z;
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), 4, MPI_DOUBLE, MPI_SUM, points.comm());
+  return {.x = sums[1] / sums[0], .y = sums[2] / sums[0], .z = sums[3] / sums[0]};
+}
+
+}  // namespace
 
 std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial) {
   const Extent extent = points.extent();
@@ -13,27 +36,31 @@ std::vector<double> reference_axis(const MassPoints& points, const InitialState&
   axis.reserve(points.points());
   for (std::size_t point = 0; point < points.points(); ++point) {
     const Place place = points.place(point);
-    axis.push_back(points.direction(point) == Direction::y ? place.y + initial.axis(place.x, extent) : 0.0);
+    const double up = points.axis(point).y;
+    axis.push_back(up == 0.0 ? 0.0 : up * (place.y + initial.axis(place.x, extent)));
   }
   return axis;
 }
 
 MassState initial_masses(const MassPoints& points, const InitialState& initial) {
-  MassState masses{.position = reference_axis(points, initial), .velocity = {}};
+  MassState masses{.position = reference_axis(points, initial), .velocity = std::vector<double>(points.points())};
   const double middle = points.extent().middle();
-  masses.velocity.reserve(points.points());
+  const Place centre = initial.spins() ? centre_of_mass(points) : Place{};
   for (std::size_t point = 0; point < points.points(); ++point) {
-    const auto [x, y, z] = points.place(point);
-    const bool fixed = points.fixed(point);
-    if (points.direction(point) != Direction::y) {
-      const bool turns = points.direction(point) == Direction::x && !fixed;
-      masses.velocity.push_back(turns ? -initial.angular_velocity * y : 0.0);
+    if (points.fixed(point)) {
       continue;
     }
-    masses.position[point] += fixed ? 0.0 : interpolate(initial.shape.x, initial.shape.offset, x);
-    masses.velocity.push_back(fixed ? 0.0
-                                    : initial.velocity + initial.angular_velocity * (x - middle) +
-                                          interpolate(initial.shape.x, initial.shape.velocity, x));
+    const Place at = points.place(point);
+    const Place along = points.axis(point);
+    masses.position[point] += along.y * interpolate(initial.shape.x, initial.shape.offset, at.x);
+    Place velocity{.x = initial.velocity_x - initial.angular_velocity * at.y,
+                   .y = initial.velocity + initial.angular_velocity * (at.x - middle) +
+                        interpolate(initial.shape.x, initial.shape.velocity, at.x),
+                   .z = initial.velocity_z};
+    if (initial.spins()) {
+      velocity = velocity + cross(initial.spin, at - centre);
+    }
+    masses.velocity[point] = dot(along, velocity);
   }
   return masses;
 }

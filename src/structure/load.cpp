@@ -11,7 +11,8 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
     for (std::size_t point = 0; point < nodes_; ++point) {
-      weight_.push_back(points.direction(point) == Direction::y ? -gravity * points.mass()[point] : 0.0);
+      const double up = points.axis(point).y;
+      weight_.push_back(up == 0.0 ? 0.0 : -gravity * up * points.mass()[point]);
     }
   }
   for (const NodalLoad& load : nodal) {

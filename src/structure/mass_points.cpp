@@ -37,6 +37,8 @@ std::string fault_of(const PointTable& table, int components) {
     fault << "points: a mass is not allowed, expected numbers >= 0 [kg]";
   } else if (!std::ranges::all_of(table.place, is_number)) {
     fault << "points: a place is not a number [m]";
+  } else if (!table.frames.empty() && components != 1) {
+    fault << "points: frames are for points of one component";
   } else if (!std::ranges::is_sorted(table.fixed) ||
              (!table.fixed.empty() && table.fixed.back() >= table.mass.size())) {
     fault << "points: fixed coordinates must be ascending and exist";
@@ -50,6 +52,15 @@ PointTable checked(MPI_Comm comm, PointTable table, int components) {
 }
 
 }  // namespace
+
+bool Region::holds(const Place& place) const {
+  const auto between = [](double value, double least, double most) {
+    const double bound =
+        std::max(std::isfinite(least) ? std::abs(least) : 0.0, std::isfinite(most) ? std::abs(most) : 0.0);
+    return value >= least - kEdgeTolerance * bound && value <= most + kEdgeTolerance * bound;
+  };
+  return between(place.x, from.x, to.x) && between(place.y, from.y, to.y) && between(place.z, from.z, to.z);
+}
 
 void require_on(const char* quantity, double x, const Extent& extent) {
   if (!(std::abs(x - extent.middle()) <= (0.5 + kEndTolerance) * extent.length())) {
@@ -70,19 +81,25 @@ MassPoints::MassPoints(MPI_Comm comm, int components, std::vector<double> mass, 
 
 double MassPoints::reference(std::size_t coordinate) const {
   if (components_ == 1) {
-    return direction(coordinate) == Direction::y ? place(coordinate).y : 0.0;
+    const double up = axis(coordinate).y;
+    return up == 1.0 ? place(coordinate).y : up == 0.0 ? 0.0 : up * place(coordinate).y;
   }
   const std::size_t component = coordinate / points();
   const Place at = place(coordinate % points());
   return component == 1 ? at.y : component == 0 ? at.x : at.z;
 }
 
-PointRows MassPoints::all() const {
-  PointRows rows{.rows = {}, .count = total_, .mass = total_mass()};
-  if (points() > 0) {
-    rows.rows.push_back({.first = 0, .last = points()});
+Place MassPoints::axis(std::size_t point) const {
+  switch (direction(point)) {
+    case Direction::x:
+      return {.x = 1.0};
+    case Direction::y:
+      return kUp;
+    case Direction::z:
+      return {.z = 1.0};
+    default:
+      return {};
   }
-  return rows;
 }
 
 PointRows MassPoints::single(PetscInt global) const {
@@ -103,17 +120,26 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
     : MassPoints{comm, components, std::move(table.mass), std::move(table.fixed)},
       place_{std::move(table.place)},
       number_{std::move(table.number)},
-      direction_{std::move(table.direction)} {
+      direction_{std::move(table.direction)},
+      nodes_{table.nodes},
+      frames_{std::move(table.frames)} {
+  for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      framed_[frames_[frame].points.at(k)] = {frame, k};
+    }
+  }
   for (std::size_t point = 0; point < points(); ++point) {
-    if (direction(point) == Direction::y) {
+    if (direction(point) != Direction::other) {
       by_x_.push_back(point);
-      total_mass_ += this->mass()[point];
+      total_mass_ += direction(point) == Direction::y ? this->mass()[point] : 0.0;
     }
   }
   std::ranges::stable_sort(by_x_, {}, [this](std::size_t point) { return place_[point].x; });
   std::array<double, 2> ends{-kInfinity, -kInfinity};  // negative, so that one reduction finds both
-  if (!by_x_.empty()) {
-    ends = {-place_[by_x_.front()].x, place_[by_x_.back()].x};
+  for (const std::size_t point : by_x_) {
+    if (direction(point) == Direction::y) {
+      ends = {std::max(ends[0], -place_[point].x), std::max(ends[1], place_[point].x)};
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, ends.data(), 2, MPI_DOUBLE, MPI_MAX, comm);
   if (!(ends[1] >= -ends[0])) {
@@ -123,6 +149,45 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
   MPI_Allreduce(MPI_IN_PLACE, &total_mass_, 1, MPI_DOUBLE, MPI_SUM, comm);
 }
 
+Place PlacedPoints::axis(std::size_t point) const {
+  const auto found = framed_.find(point);
+  return found == framed_.end() ? MassPoints::axis(point) : frames_[found->second.first].axes.at(found->second.second);
+}
+
+std::optional<std::array<std::size_t, 2>> PlacedPoints::beside(std::size_t point) const {
+  return nodes_ == 0 ? std::nullopt
+                     : std::optional{std::array{(point + nodes_) % points(), (point + 2 * nodes_) % points()}};
+}
+
+bool PlacedPoints::moves_along(std::size_t point, const Place& along) const {
+  constexpr double kSame = 1e-9;
+  return distance(axis(point), along) <= kSame;
+}
+
+std::vector<PointShare> PlacedPoints::height_of(PetscInt point) const {
+  std::array<double, 7> told{};  // whether it has a frame, then points and shares
+  if (owns(point)) {
+    const auto local = static_cast<std::size_t>(point - begin());
+    if (const auto found = framed_.find(local); found != framed_.end()) {
+      const NodeFrame& frame = frames_[found->second.first];
+      told[0] = 1.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        told.at(1 + k) = static_cast<double>(global(frame.points.at(k)));
+        told.at(4 + k) = frame.axes.at(k).y;
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, told.data(), static_cast<int>(told.size()), MPI_DOUBLE, MPI_SUM, comm());
+  if (told[0] == 0.0) {
+    return {{.point = point, .share = 1.0}};
+  }
+  std::vector<PointShare> shares;
+  for (std::size_t k = 0; k < 3; ++k) {
+    shares.push_back({.point = static_cast<PetscInt>(told.at(1 + k)), .share = told.at(4 + k)});
+  }
+  return shares;
+}
+
 PetscInt PlacedPoints::nearest(const Place& place) const {
   // Both ways from where it would stand, until x alone is further away than what is found.
   const auto x_of = [this](std::size_t point) { return place_[point].x; };
@@ -130,7 +195,9 @@ PetscInt PlacedPoints::nearest(const Place& place) const {
   std::array<double, 1> least{kInfinity};
   const auto walk = [&](const auto& begin, const auto& end, const auto& visit) {
     for (auto at = begin; at != end && std::abs(x_of(*at) - place.x) <= (1.0 + 3.0 * kNearTolerance) * least[0]; ++at) {
-      visit(*at, distance(place_[*at], place));
+      if (direction(*at) == Direction::y) {
+        visit(*at, distance(place_[*at], place));
+      }
     }
   };
   const auto walk_both = [&](const auto& visit) {
@@ -149,28 +216,34 @@ PetscInt PlacedPoints::nearest(const Place& place) const {
   return first;
 }
 
-PointRows PlacedPoints::section(double x) const {
-  const auto x_of = [this](std::size_t point) { return place_[point].x; };
-  const auto right = std::ranges::lower_bound(by_x_, x, {}, x_of);
+PointRows PlacedPoints::section(double x, const Region& region, const Place& along) const {
   std::array<double, 2> away{kInfinity, kInfinity};  // to the left and to the right
-  if (right != by_x_.begin()) {
-    away[0] = x - x_of(*(right - 1));
-  }
-  if (right != by_x_.end()) {
-    away[1] = x_of(*right) - x;
+  Region slice = region;
+  slice.from.x = -kInfinity;
+  slice.to.x = kInfinity;
+  for (const std::size_t point : by_x_) {
+    if (moves_along(point, along) && slice.holds(place_[point])) {
+      const double to_right = place_[point].x - x;
+      double& least = away.at(to_right < 0.0 ? 0 : 1);
+      least = std::min(least, std::abs(to_right));
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, away.data(), 2, MPI_DOUBLE, MPI_MIN, comm());
   const bool left = std::isfinite(away[0]) && away[0] - away[1] <= 2.0 * kNearTolerance * (away[0] + away[1]);
   const double nearest = left ? x - away[0] : x + away[1];
   const double thickness = kEndTolerance * extent_.length();  // of points whose x was typed
-  return within(nearest - thickness, nearest + thickness);
+  slice.from.x = nearest - thickness;
+  slice.to.x = nearest + thickness;
+  return within(slice, along);
 }
 
-PointRows PlacedPoints::within(double from, double to) const {
-  const double tolerance = kEdgeTolerance * std::max(std::abs(from), std::abs(to));
-  const auto x_of = [this](std::size_t point) { return place_[point].x; };
-  std::vector<std::size_t> touched(std::ranges::lower_bound(by_x_, from - tolerance, {}, x_of),
-                                   std::ranges::upper_bound(by_x_, to + tolerance, {}, x_of));
+PointRows PlacedPoints::within(const Region& region, const Place& along) const {
+  std::vector<std::size_t> touched;
+  for (const std::size_t point : by_x_) {
+    if (moves_along(point, along) && region.holds(place_[point])) {
+      touched.push_back(point);
+    }
+  }
   std::ranges::sort(touched);
   PointRows rows;
   std::array<double, 2> sums{static_cast<double>(touched.size()), 0.0};

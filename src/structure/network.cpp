@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
+#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -13,6 +15,7 @@
 #include "structure/member_frame.hpp"
 #include "structure/network_checks.hpp"
 #include "structure/network_ranks.hpp"
+#include "structure/node_axes.hpp"
 #include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -75,7 +78,8 @@ class Checksum {
 /// Of all that shapes the motion.
 std::uint64_t checksum_of(const NetworkParameters& network) {
   Checksum sum;
-  const auto& [sections, junctions, members] = network;
+  const auto& [sections, junctions, members, planes] = network;
+  static_cast<void>(planes);  // those of supports
   for (const auto& [name, youngs, shear, density, area, inertia, torsion, shear_factor, radius_unused] : sections) {
     static_cast<void>(radius_unused);
     sum.add(youngs, shear, density, area, inertia, torsion, shear_factor);
@@ -250,7 +254,36 @@ void Network::place_points() {
       table.number.push_back(3 * node + axis);
     }
   }
+  table.nodes = nodes();
+  table.frames = node_frames({table.place.data(), nodes()}, table.fixed);
   points_ = std::make_unique<PlacedPoints>(comm_, 1, std::move(table));
+}
+
+/// Of nodes that face oblique planes. @param places of the nodes @param fixed points, ascending @note Collective.
+std::vector<NodeFrame> Network::node_frames(std::span<const Place> places, std::span<const std::size_t> fixed) const {
+  std::vector<NodeFrame> frames;
+  std::string fault;
+  for (std::size_t node = 0; node < places.size() && !parameters_.planes.empty() && fault.empty(); ++node) {
+    const std::array points{node + nodes(), node, node + 2 * nodes()};
+    const auto held =
+        std::ranges::count_if(points, [&](std::size_t point) { return std::ranges::binary_search(fixed, point); });
+    try {
+      const auto axes = held < 3 ? node_axes(parameters_.planes, places[node]) : std::nullopt;
+      if (axes && held > 0) {
+        const auto [x, y, z] = places[node];
+        std::ostringstream text;
+        text << "support normal: the node at (" << x << ", " << y << ", " << z
+             << ") m faces an oblique plane and is held in some directions, which is not allowed";
+        fault = text.str();
+      } else if (axes) {
+        frames.push_back({.points = points, .axes = *axes});
+      }
+    } catch (const InputError& error) {
+      fault = error.what();
+    }
+  }
+  throw_together<InputError>(comm_, fault);
+  return frames;
 }
 
 std::size_t Network::nodes() const noexcept {

@@ -22,23 +22,29 @@ Sampler::Sampler(const app::Case& input, const MassPoints& points)
   std::array<double, 3> moments{};
   const auto count = mass_.size();
   for (std::size_t i = 0; i < count; ++i) {
-    mass_[i] = points.direction(i) == Direction::y ? points.mass()[i] : 0.0;
+    const double up = points.axis(i).y;
+    mass_[i] = up * points.mass()[i];
     x_.push_back(points.place(i).x);
-    moments[0] += mass_[i];
-    moments[1] += mass_[i] * x_[i];
+    moments[0] += up * mass_[i];
+    moments[1] += up * mass_[i] * x_[i];
   }
   MPI_Allreduce(MPI_IN_PLACE, moments.data(), 2, MPI_DOUBLE, MPI_SUM, comm_);
   total_ = moments[0];
   const double centre = moments[1] / total_;
   for (std::size_t i = 0; i < count; ++i) {
     x_[i] -= centre;
-    moments[2] += mass_[i] * x_[i] * x_[i];
+    moments[2] += points.axis(i).y * mass_[i] * x_[i] * x_[i];
   }
   MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, comm_);
   inertia_ = moments[2];
   for (const Place& gauge : input.gauges) {
     const PetscInt node = points.nearest(gauge);
-    gauge_.push_back(points.owns(node) ? node - points.begin() : -1);
+    std::vector<std::pair<std::size_t, double>>& own = gauge_.emplace_back();
+    for (const auto& [point, share] : points.height_of(node)) {
+      if (points.owns(point)) {
+        own.emplace_back(static_cast<std::size_t>(point - points.begin()), share);
+      }
+    }
     gauge_x_.push_back(app::place_of(points, node).x - centre);
   }
 }
@@ -55,7 +61,9 @@ void Sampler::snapshot(const Snapshot& state) {
     sums[3] += mass_[i] * x_[i] * line[i];
   }
   for (std::size_t g = 0; g < gauge_.size(); ++g) {
-    sums[4 + g] = gauge_[g] >= 0 ? line[static_cast<std::size_t>(gauge_[g])] : 0.0;
+    for (const auto& [point, share] : gauge_[g]) {
+      sums[4 + g] += share * line[point];
+    }
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
   Sample sample{.time = state.time,

@@ -45,7 +45,7 @@ class Sampler final : public Observer {
   std::vector<double> x_;     // from the centre of mass
   double total_ = 0.0;
   double inertia_ = 0.0;
-  std::vector<PetscInt> gauge_;  // local node, or negative
+  std::vector<std::vector<std::pair<std::size_t, double>>> gauge_;  // local points and what a gauge reads of each
   std::vector<double> gauge_x_;
   std::vector<Sample> samples_;
 };

@@ -70,6 +70,7 @@ struct StructureInput {
 struct StartInput {
   double gravity = 9.81;  ///< [m/s^2]
   InitialState initial{.height = 1.0};
+  bool in_space = false;  ///< some velocity is not along y
   std::vector<NodalLoad> loads;
   Damping damping;
   std::vector<double> damping_ratio;
@@ -78,6 +79,7 @@ struct StartInput {
 /// @brief Supports and who touches them.
 struct ContactInput {
   std::vector<Support> supports;        ///< the floor or ground, if any, is the last
+  bool faces_in_space = false;          ///< some normal, or place along y or z, was given
   std::vector<MassPatch> mass_patches;  ///< parts of the beam whose nodes carry the mass of a support's width
   ContactParameters contact;
 };

@@ -16,10 +16,10 @@
 
 namespace udar {
 
-/// @brief On which side of the beam a support stands.
+/// @brief On which side of the beam a support stands: in front of its face is where its normal points.
 enum class SupportSide : std::int8_t {
-  below = 1,   ///< keeps masses above its height
-  above = -1,  ///< keeps masses below its height
+  below = 1,   ///< keeps masses above its height, or in front of its face
+  above = -1,  ///< keeps masses below its height, or behind its face
 };
 
 /// @brief A support, rigid or on springs; it touches every node within its width, edges included. Where the beam has a
@@ -40,14 +40,27 @@ struct Support {
   std::shared_ptr<const SupportMotion> motion = nullptr;       ///< what is added to the height over time; null: nothing
   double stiffness = std::numeric_limits<double>::infinity();  ///< of all of it [N/m], > 0; infinite: rigid
   double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
+  double friction = 0.0;  ///< Coulomb's coefficient, of nodes that move across its normal, too [-]
+  /// Of its face, a unit vector: heights count along it, from the origin. Nodes must move along it.
+  Place normal = kUp;
+  Extent y{-Region::kEnd, Region::kEnd};  ///< of what it touches [m]
+  Extent z{-Region::kEnd, Region::kEnd};
 
   [[nodiscard]] bool elastic() const noexcept { return stiffness < std::numeric_limits<double>::infinity(); }
   /// Rigid and at rest: nothing but the impact law.
   [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
   [[nodiscard]] ImpactLaw law() const noexcept { return {.restitution = restitution, .yield_speed = yield_speed}; }
 
+  /// Whether it is not simply one below or above all that stands over its width.
+  [[nodiscard]] bool in_space() const noexcept {
+    return normal.y != 1.0 || y.to < Region::kEnd || z.to < Region::kEnd || friction > 0.0;
+  }
   [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
   [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
+  /// Where it touches nodes; with no width of its own its x is to be ignored.
+  [[nodiscard]] Region region() const noexcept {
+    return {.from = {.x = from(), .y = y.from, .z = z.from}, .to = {.x = to(), .y = y.to, .z = z.to}};
+  }
 
   /// A support under the whole beam.
   [[nodiscard]] static Support floor(double height, double restitution) {
@@ -67,14 +80,17 @@ struct ContactSet {
   std::size_t first = 0;  ///< local node
   std::size_t last = 0;   ///< one past the last local node
   PetscInt support = 0;   ///< index of the support
-  double side = 1.0;      ///< +1 support below, -1 above: gap = side (y - height)
-  double level = 0.0;     ///< height of a level support [m]
+  double side = 1.0;      ///< +1 support below, -1 above: gap = side (coordinate - height)
+  double level = 0.0;     ///< height of a level support [m]; 0 with a profile
   ImpactLaw law{};
-  std::vector<double> profile;                            ///< height at each node [m]; empty: level
+  /// Height at each node, less where the node stands along the normal beyond what its coordinate has of it [m]; empty:
+  /// level.
+  std::vector<double> profile;
   std::shared_ptr<const SupportMotion> motion = nullptr;  ///< null: none
   double carried = 0.0;    ///< mass over the width of its support, if that is not rigid [kg]
   double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
   double damping = 0.0;    ///< the same of a damper [1/s]
+  double friction = 0.0;   ///< Coulomb's coefficient [-]
 
   /// Height of the contact face at a local node, without its motion [m].
   [[nodiscard]] double height(std::size_t node) const { return profile.empty() ? level : profile[node - first]; }

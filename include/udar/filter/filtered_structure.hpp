@@ -11,6 +11,7 @@
 #include "udar/filter/chain_solver.hpp"
 #include "udar/filter/corrected_modes.hpp"
 #include "udar/filter/filter_column.hpp"
+#include "udar/filter/framed_columns.hpp"
 #include "udar/filter/network_solver.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/petsc/handle.hpp"
@@ -104,6 +105,7 @@ class FilteredStructure {
   void require_convergence() const;
   void solve_together(std::span<const FilterColumn> columns);
   void solve_filtered(std::span<const FilterColumn> columns);
+  void solve_unknowns(std::span<const FilterColumn> columns);
   void correct_internal(std::span<const FilterColumn> columns);
   [[nodiscard]] bool check_due(std::size_t solves) const;
   void check_residual(const double* displacement);
@@ -113,6 +115,7 @@ class FilteredStructure {
   std::unique_ptr<FilterOperator> operator_;
   petsc::LinearSolver solver_;
   ColumnSolver* columns_ = nullptr;
+  FramedColumns framed_;
   CorrectedModes corrected_;
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;

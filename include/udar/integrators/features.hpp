@@ -24,6 +24,7 @@ enum class Feature : std::uint8_t {
   mass_damping,       ///< Rayleigh damping by the masses
   stiffness_damping,  ///< Rayleigh damping by the line's springs
   modal_damping,      ///< a damping ratio for each mode
+  friction,           ///< supports that rub
 };
 
 /// Contact points of the line whose sets can be told one by one.

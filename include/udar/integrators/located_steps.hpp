@@ -22,9 +22,9 @@ namespace udar {
 /// integrator restarts. Source: docs/theory.md, "Contact in the post-step".
 class LocatedSteps final : public Integrator {
  public:
-  static constexpr Features kCan{Feature::filtered,         Feature::line_contact,     Feature::moving_supports,
-                                 Feature::elastic_supports, Feature::elastic_line,     Feature::many_points,
-                                 Feature::mass_damping,     Feature::stiffness_damping};
+  static constexpr Features kCan{Feature::filtered,         Feature::line_contact,      Feature::moving_supports,
+                                 Feature::elastic_supports, Feature::elastic_line,      Feature::many_points,
+                                 Feature::mass_damping,     Feature::stiffness_damping, Feature::friction};
 
   /// Sets the right-hand side of `stepper`, whose solution vector is set: Ym, then Vm of the local nodes.
   /// @param own_absolute_tolerance of the step control, relative to the motion's scale, instead of the TS's
@@ -36,6 +36,7 @@ class LocatedSteps final : public Integrator {
   void begin_step() override;
   double end_step() override;
   void apply_events() override;
+  void rub_pressed();
   void return_to_start() override;
   [[nodiscard]] double next_step() const override { return next_step_; }
   void masses(double time, std::span<double> position, std::span<double> velocity,

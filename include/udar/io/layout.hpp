@@ -38,6 +38,8 @@ struct RunLayout {
     double height = 0.0;       ///< of the contact face [m], y up
     double restitution = 0.0;  ///< between 0 and 1
     int side = 1;              ///< +1 below the beam, -1 above
+    /// Of a support in space: normal x, y, z [-], what it touches from and to along y, then along z [m]; else empty.
+    std::vector<double> space{};
     std::function<double(double)> lift =
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };
@@ -46,22 +48,23 @@ struct RunLayout {
   /// @param topology_of them @note Collective.
   RunLayout(const MassPoints& of, Topology topology_of);
 
-  const MassPoints* points;                  ///< never null
-  std::shared_ptr<const PointOrder> order;   ///< from this rank's points to rows of the files
-  Topology topology;                         ///< this rank's cells
-  NodeRange cells;                           ///< this rank's, in the files
-  bool upright = true;                       ///< all points move along y
-  std::vector<FieldInfo> fields;             ///< of the snapshots, in their order
-  std::vector<ScaledPeak> peaks;             ///< made of their extremes
-  std::vector<PetscInt> gauge_node;          ///< global point of each gauge
-  std::vector<double> gauge_position;        ///< what was asked for [m]
-  std::vector<Support> supports;             ///< the floor, if any, is the last
-  std::vector<double> ground_x;              ///< of the ground's profile [m]; empty: none
-  std::vector<double> ground_height;         ///< as many [m]
-  std::optional<double> filter_frequency{};  ///< [rad/s]; none: modes alone move
-  double longest_sample = 0.0;               ///< extremes are looked for at least this often [s]; 0: at rows alone
-  std::string options_text;                  ///< one `-key value` per line
-  std::vector<Parameter> parameters;         ///< of the case, as restart files have them
+  const MassPoints* points;                           ///< never null
+  std::shared_ptr<const PointOrder> order;            ///< from this rank's points to rows of the files
+  Topology topology;                                  ///< this rank's cells
+  NodeRange cells;                                    ///< this rank's, in the files
+  bool upright = true;                                ///< all points move along y
+  std::vector<FieldInfo> fields;                      ///< of the snapshots, in their order
+  std::vector<ScaledPeak> peaks;                      ///< made of their extremes
+  std::vector<PetscInt> gauge_node;                   ///< global point of each gauge
+  std::vector<std::vector<PointShare>> gauge_height;  ///< what it reads
+  std::vector<double> gauge_position;                 ///< what was asked for [m]
+  std::vector<Support> supports;                      ///< the floor, if any, is the last
+  std::vector<double> ground_x;                       ///< of the ground's profile [m]; empty: none
+  std::vector<double> ground_height;                  ///< as many [m]
+  std::optional<double> filter_frequency{};           ///< [rad/s]; none: modes alone move
+  double longest_sample = 0.0;        ///< extremes are looked for at least this often [s]; 0: at rows alone
+  std::string options_text;           ///< one `-key value` per line
+  std::vector<Parameter> parameters;  ///< of the case, as restart files have them
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return points->comm(); }
   /// This rank's rows of the points.

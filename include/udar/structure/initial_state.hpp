@@ -14,6 +14,9 @@ struct InitialState {
   double slope = 0.0;             ///< of the axis [-]
   double velocity = 0.0;          ///< of all masses, y up [m/s]
   double angular_velocity = 0.0;  ///< about mid-length and y = 0 of its own axes, counter-clockwise [rad/s]
+  double velocity_x = 0.0;        ///< of all masses that move in space [m/s]
+  double velocity_z = 0.0;        ///< the same
+  Place spin{};                   ///< about the centre of mass, along x, y, z [rad/s], of what moves in space
   /// A shape added to the axis, linear between its points, constant beyond them; may be empty.
   struct Shape {
     std::vector<double> x;         ///< [m], strictly ascending
@@ -22,6 +25,7 @@ struct InitialState {
   };
   Shape shape{};
 
+  [[nodiscard]] bool spins() const noexcept { return spin.x != 0.0 || spin.y != 0.0 || spin.z != 0.0; }
   /// Height of the reference axis at x, over where the structure stands in its own axes [m].
   [[nodiscard]] double axis(double x, const Extent& extent) const { return height + slope * (x - extent.middle()); }
 };
@@ -33,6 +37,7 @@ struct MassState {
 };
 /// @brief Where nothing strains the structure [m], one value per local point; 0 where it does not move along y.
 [[nodiscard]] std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial);
+/// @note Collective with a spin.
 [[nodiscard]] MassState initial_masses(const MassPoints& points, const InitialState& initial);
 /// @brief Refuses a shape of points that move along x or z, too.
 /// @note Collective. @throws InputError on all ranks

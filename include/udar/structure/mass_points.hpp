@@ -5,9 +5,14 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace udar {
@@ -21,6 +26,28 @@ struct Place {
 
 /// @brief Which way a point of one component moves: along an axis, or no displacement at all, such as a rotation.
 enum class Direction : std::uint8_t { other, x, y, z };
+
+inline constexpr Place kUp{.y = 1.0};
+
+/// @brief A box along the axes, edges included [m].
+struct Region {
+  static constexpr double kEnd = std::numeric_limits<double>::infinity();
+  Place from{.x = -kEnd, .y = -kEnd, .z = -kEnd};
+  Place to{.x = kEnd, .y = kEnd, .z = kEnd};
+
+  /// Between two planes across x.
+  [[nodiscard]] static Region across(double from, double to) {
+    return {.from = {.x = from, .y = -kEnd, .z = -kEnd}, .to = {.x = to, .y = kEnd, .z = kEnd}};
+  }
+  /// Edges to the rounding of decimal fractions.
+  [[nodiscard]] bool holds(const Place& place) const;
+};
+
+/// @brief The points of a node that moves along axes of its own: point k along axis k, unit vectors at right angles.
+struct NodeFrame {
+  std::array<std::size_t, 3> points{};  ///< local, of the unknowns along x, y, z
+  std::array<Place, 3> axes{};
+};
 
 /// @brief From the leftmost point to the rightmost, along x [m].
 struct Extent {
@@ -82,13 +109,20 @@ class MassPoints {
   [[nodiscard]] std::span<const double> mass() const noexcept { return mass_; }
   /// Whether a coordinate never moves.
   [[nodiscard]] bool fixed(std::size_t coordinate) const { return std::ranges::binary_search(fixed_, coordinate); }
-  /// Which way a local point of a structure with one component moves. What acts along y - gravity, loads, supports -
-  /// and what reads it finds points of that direction alone.
+  /// Which way the unknown of a local point moves in a structure with one component. Loads and what reads heights find
+  /// points along y alone.
   [[nodiscard]] virtual Direction direction(std::size_t /*point*/) const { return Direction::y; }
   /// Where a local point stands as long as nothing strains the structure, without its initial state.
   [[nodiscard]] virtual Place place(std::size_t point) const = 0;
-  /// The same of one coordinate [m]: its height; 0 of a point that moves another way, whose coordinate is how far it
-  /// went.
+  /// Along which a local point moves, a unit vector; zero: nowhere. Of structures with one component. Not that of its
+  /// unknown where its node has a frame.
+  [[nodiscard]] virtual Place axis(std::size_t point) const;
+  /// The other two points of a node of three, none of others.
+  [[nodiscard]] virtual std::optional<std::array<std::size_t, 2>> beside(std::size_t /*point*/) const { return {}; }
+  /// Nodes whose axes are their own.
+  [[nodiscard]] virtual std::span<const NodeFrame> frames() const { return {}; }
+  /// The same of one coordinate [m]: its share of the height; 0 of a point that moves across, whose coordinate is how
+  /// far it went.
   [[nodiscard]] double reference(std::size_t coordinate) const;
   /// Number of a local point in the model of the user.
   [[nodiscard]] virtual std::int64_t number(std::size_t point) const { return global(point); }
@@ -101,14 +135,14 @@ class MassPoints {
   /// @{
   /// The nearest point, the first of those equally near.
   [[nodiscard]] virtual PetscInt nearest(const Place& place) const = 0;
-  /// All points with x in [from, to], edges included to their rounding.
-  [[nodiscard]] virtual PointRows within(double from, double to) const = 0;
-  /// All points with the x that is nearest, the smaller of two equally near.
-  [[nodiscard]] virtual PointRows section(double x) const = 0;
-  /// All of them.
-  [[nodiscard]] virtual PointRows all() const;
+  /// All points in a region, edges included to their rounding, that move along an axis.
+  [[nodiscard]] virtual PointRows within(const Region& region, const Place& along) const = 0;
+  /// Of them all with the x that is nearest, the smaller of two equally near; the region's own x does not count.
+  [[nodiscard]] virtual PointRows section(double x, const Region& region, const Place& along) const = 0;
+  /// The height of the node at a point that moves along y: what of which points adds up to it; equal on every rank.
+  [[nodiscard]] virtual std::vector<PointShare> height_of(PetscInt point) const { return {{point, 1.0}}; }
   /// What a force at a place is dealt to, so that force and moment stay where that can be; equal on every rank.
-  [[nodiscard]] virtual std::vector<PointShare> lever(const Place& place) const { return {{nearest(place), 1.0}}; }
+  [[nodiscard]] virtual std::vector<PointShare> lever(const Place& place) const { return height_of(nearest(place)); }
   /// @}
   /// One by its global number. @note Collective: one reduction.
   [[nodiscard]] PointRows single(PetscInt global) const;
@@ -134,6 +168,8 @@ struct PointTable {
   std::vector<std::size_t> fixed;      ///< coordinates that never move, ascending
   std::vector<std::int64_t> number;    ///< in the model of the user; empty: as they stand
   std::vector<Direction> direction{};  ///< of one component; empty: all along y
+  std::size_t nodes = 0;               ///< points are so many nodes' along y, then along x, then along z; 0: no nodes
+  std::vector<NodeFrame> frames{};     ///< of nodes whose points move along axes of their own
 };
 
 /// @brief Points anywhere, in any order.
@@ -153,17 +189,24 @@ class PlacedPoints final : public MassPoints {
   [[nodiscard]] Extent extent() const override { return extent_; }
   [[nodiscard]] double total_mass() const override { return total_mass_; }
   [[nodiscard]] PetscInt nearest(const Place& place) const override;
-  [[nodiscard]] PointRows within(double from, double to) const override;
-  [[nodiscard]] PointRows section(double x) const override;
-  [[nodiscard]] PointRows all() const override { return within(extent_.from, extent_.to); }
+  [[nodiscard]] PointRows within(const Region& region, const Place& along) const override;
+  [[nodiscard]] PointRows section(double x, const Region& region, const Place& along) const override;
+  [[nodiscard]] std::vector<PointShare> height_of(PetscInt point) const override;
+  [[nodiscard]] Place axis(std::size_t point) const override;
+  [[nodiscard]] std::optional<std::array<std::size_t, 2>> beside(std::size_t point) const override;
+  [[nodiscard]] std::span<const NodeFrame> frames() const override { return frames_; }
 
  private:
   PlacedPoints(PointTable&& table, MPI_Comm comm, int components);
+  [[nodiscard]] bool moves_along(std::size_t point, const Place& along) const;
 
   std::vector<Place> place_;
   std::vector<std::int64_t> number_;
   std::vector<Direction> direction_;
-  std::vector<std::size_t> by_x_;  // local points that move along y, ascending by x, then by number
+  std::size_t nodes_ = 0;
+  std::vector<NodeFrame> frames_;
+  std::map<std::size_t, std::pair<std::size_t, std::size_t>> framed_;  // of a point: its frame, and which axis
+  std::vector<std::size_t> by_x_;  // local points that move anywhere, ascending by x, then by number
   Extent extent_;
   double total_mass_ = 0.0;
 };

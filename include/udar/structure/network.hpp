@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -68,11 +69,18 @@ struct Member {
   Place orientation{};
 };
 
+/// @brief What nodes of a region face: there they have a mass along the normal.
+struct FacedPlane {
+  Region region;
+  Place normal{};  ///< unit vector [-]
+};
+
 /// @brief A network as it is given, equal on every rank.
 struct NetworkParameters {
   std::vector<MemberSection> sections;
   std::vector<Junction> junctions;
   std::vector<Member> members;
+  std::vector<FacedPlane> planes{};
 };
 
 /// @brief The axes of a member: rows are unit vectors along x, y, z in global axes.
@@ -107,6 +115,8 @@ struct RotationSpring {
 /// @brief Masses at the junctions and at the nodes of members, three scalar points each: all nodes along y first, then
 /// along x, then along z.
 ///
+/// A node that faces an oblique plane has axes of its own, one of them the plane's normal, others those of planes at
+/// right angles to it (`MassPoints::frames`). The stiffness knows nothing of that.
 /// Nodes are numbered junctions first, then the inner nodes of each member from its first end to its second. A local
 /// node is a junction of this rank, or stands in a pack. An element's mass is halved between its ends; that of a
 /// member's end is at its junction, whatever the offset. Rotations have no mass. One that nothing resists couples to
@@ -119,7 +129,8 @@ class Network final : public Structure {
 
   /// Deals junctions and members to the ranks by METIS, a member to a rank of one of its junctions.
   /// @note Collective. @throws InputError naming junction, member or section, the value and its unit, if something is
-  /// not allowed, does not exist, or stands twice at one place; if a junction can turn without being resisted (of
+  /// not allowed, does not exist, or stands twice at one place; if a node faces two planes that are not at right
+  /// angles, or is held in some directions and faces an oblique one; if a junction can turn without being resisted (of
   /// members of one element with two offsets that is left to the solver of the filter); if there are more ranks than
   /// junctions
   Network(MPI_Comm comm, NetworkParameters parameters);
@@ -179,6 +190,8 @@ class Network final : public Structure {
   void sort_members();
   void pack_members();
   void place_points();
+  [[nodiscard]] std::vector<NodeFrame> node_frames(std::span<const Place> places,
+                                                   std::span<const std::size_t> fixed) const;
 
   MPI_Comm comm_;
   int rank_ = 0;

@@ -1,7 +1,11 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
+#include <span>
 #include <sstream>
+#include <utility>
 
 #include "app/input/readers.hpp"
 #include "udar/petsc/error.hpp"
@@ -23,12 +27,39 @@ constexpr std::array kSurfaces{Names<ContactSurface>{"mass", ContactSurface::mas
 constexpr std::array kWeightings{Names<Weighting>{"tributary", Weighting::tributary},
                                  Names<Weighting>{"inclusive", Weighting::inclusive}};
 
-std::shared_ptr<const SupportMotion> read_motion(MPI_Comm comm, const std::string& path) {
+/// @param turned whether heights count the other way
+std::shared_ptr<const SupportMotion> read_motion(MPI_Comm comm, const std::string& path, bool turned) {
   const io::Table table =
       io::read_table(comm, "support motion", path, {.names = {"time [s]", "height [m]", "velocity [m/s]"}});
   require_ascending("-support_motion", path, column(table, 0), "times [s]");
-  return std::make_shared<SupportMotion>(column(table, 0), column(table, 1),
-                                         table.columns > 2 ? column(table, 2) : Numbers{});
+  Numbers height = column(table, 1);
+  Numbers velocity = table.columns > 2 ? column(table, 2) : Numbers{};
+  for (Numbers* values : {&height, &velocity}) {
+    std::ranges::transform(*values, values->begin(), [turned](double value) { return turned ? 0.0 - value : value; });
+  }
+  return std::make_shared<SupportMotion>(column(table, 0), std::move(height), std::move(velocity));
+}
+
+/// Of a face: along which axis the coordinates of nodes count it, and from which side the support pushes.
+struct Facing {
+  Place normal = kUp;
+  bool turned = false;  ///< the face looks against `normal`
+};
+
+/// The unit vector of three numbers, turned so that its largest component is positive: nodes have one axis for both.
+Facing facing(std::span<const double> given) {
+  const double size = std::hypot(given[0], given[1], given[2]);
+  if (!(size > 0.0) || !std::isfinite(size)) {
+    std::ostringstream message;
+    message << "option -support_normal: " << given[0] << ',' << given[1] << ',' << given[2]
+            << " is not allowed, expected a direction, three numbers along x, y, z of which one is not 0";
+    throw InputError{message.str()};
+  }
+  const auto largest = std::ranges::max_element(given, {}, [](double value) { return std::abs(value); });
+  const double scale = std::copysign(size, *largest);
+  // Adding 0 makes 0 of -0.
+  return {.normal = {.x = given[0] / scale + 0.0, .y = given[1] / scale + 0.0, .z = given[2] / scale + 0.0},
+          .turned = *largest < 0.0};
 }
 
 /// Refuses an impact law for a support on springs; a restitution of 1 in a list for others passes.
@@ -65,9 +96,10 @@ struct Ground {
   }
   [[nodiscard]] bool any() const { return floor || !file.empty(); }
 
-  [[nodiscard]] Support support(MPI_Comm comm, double restitution, double yield_speed) const {
+  [[nodiscard]] Support support(MPI_Comm comm, double restitution, double yield_speed, double friction) const {
     Support support = Support::floor(file.empty() ? height : 0.0, restitution);
     support.yield_speed = yield_speed;
+    support.friction = friction;
     if (!file.empty()) {
       const io::Table table = io::read_table(comm, "ground profile", file, {.names = {"x [m]", "height [m]"}});
       require_ascending("-ground_profile", file, column(table, 0), "positions [m]");
@@ -82,7 +114,8 @@ class SupportLists {
  public:
   void read_places(OptionGroup& group) {
     position_.read(group, "m", petsc::any(), "centres of the rigid supports");
-    width_.read(group, "m", petsc::non_negative(), "width along the beam; 0: the nearest node alone");
+    width_.read(group, "m", petsc::non_negative_or_infinite(),
+                "width along x; 0: the nearest node alone; inf: all of it");
     group.choice<Weighting>(
         "-support_weighting", weighting_, kWeightings,
         "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
@@ -92,9 +125,26 @@ class SupportLists {
         group.choices<SupportSide>("-support_side", side_, kSides, "on which side of the beam the support stands");
   }
 
+  void read_facing(OptionGroup& group) {
+    facing_given_ =
+        group.reals("-support_normal", normal_, "-", petsc::any(),
+                    "for networks: where the face looks, three numbers along x, y, z of any length, for each "
+                    "support or all of them; -support_height counts along it from the origin");
+    for (NumberList* list : {&y_, &z_}) {
+      list->read(group, "m", petsc::any(), "for networks: centre of what is touched, see -support_*_width");
+    }
+    for (NumberList* list : {&y_width_, &z_width_}) {
+      list->read(group, "m", petsc::non_negative_or_infinite(), "for networks: what is touched; inf: wherever it is");
+    }
+  }
+
   void read_law(OptionGroup& group) {
     restitution_.read(group, "-", petsc::between(0.0, 1.0),
                       "restitution e in v+ = -e v-; one, or one per support (floor or ground after the last support)");
+    friction_.read(
+        group, "-", petsc::non_negative(),
+        "for networks: Coulomb's coefficient of friction, of impacts and of masses that rest or press; one, or "
+        "one per support (floor or ground after the last support); for -ts_type rk");
     yield_speed_.read(group, "m/s", petsc::positive_or_infinite(),
                       "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support "
                       "(floor or ground after the last support); inf: it does not");
@@ -115,7 +165,7 @@ class SupportLists {
 
   /// One entry per support in each list, and one more of the impact law if there is a ground.
   void settle(bool ground) {
-    for (NumberList* list : {&width_, &height_, &stiffness_, &damping_}) {
+    for (NumberList* list : {&width_, &height_, &stiffness_, &damping_, &y_, &z_, &y_width_, &z_width_}) {
       if (count() > 0 || list->given) {
         list->spread(count(), kPerSupport);
       }
@@ -123,17 +173,28 @@ class SupportLists {
     if (count() > 0 || side_given_) {
       side_ = petsc::one_per("-support_side", side_, count(), kPerSupport);
     }
+    if (facing_given_ && (count() == 0 || (normal_.size() != 3 && normal_.size() != 3 * count()))) {
+      throw InputError{"option -support_normal: " + std::to_string(normal_.size()) + " numbers for " +
+                       std::to_string(count()) +
+                       " supports are not allowed, expected three for each -support_position, or three for all"};
+    }
     if (motion_given_) {
       motion_ = petsc::one_per("-support_motion", motion_, count(), kPerSupport);
     }
     if (const std::size_t all = count() + (ground ? 1 : 0); all > 0) {
       restitution_.spread(all, kPerSupportOrGround);
       yield_speed_.spread(all, kPerSupportOrGround);
+      friction_.spread(all, kPerSupportOrGround);
     }
   }
 
   /// Forces hold the massless line off, nothing hits.
   void refuse_law_of_line() const {
+    if (std::ranges::any_of(friction_.values, [](double friction) { return friction > 0.0; })) {
+      throw InputError{
+          "option -support_friction: not allowed with -contact_surface line, expected 0: it acts on masses that hit or "
+          "press [-]"};
+    }
     for (const double e : restitution_.values) {
       if (e != 1.0) {
         std::ostringstream message;
@@ -146,9 +207,13 @@ class SupportLists {
   }
 
   [[nodiscard]] std::size_t count() const noexcept { return position_.values.size(); }
+  [[nodiscard]] bool in_space() const noexcept {
+    return facing_given_ || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
+  }
   [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
   [[nodiscard]] double last_restitution() const { return restitution_.values.back(); }
   [[nodiscard]] double last_yield_speed() const { return yield_speed_.values.back(); }
+  [[nodiscard]] double last_friction() const { return friction_.values.back(); }
 
   [[nodiscard]] Support support(MPI_Comm comm, std::size_t i) const {
     Support support{.position = position_[i],
@@ -159,8 +224,17 @@ class SupportLists {
                     .yield_speed = yield_speed_[i],
                     .stiffness = stiffness_[i],
                     .damping = damping_[i]};
+    support.friction = friction_[i];
+    support.y = around(y_[i], y_width_[i]);
+    support.z = around(z_[i], z_width_[i]);
+    const auto [normal, turned] = facing(std::span{normal_}.subspan(normal_.size() == 3 ? 0 : 3 * i, 3));
+    support.normal = normal;
+    if (turned) {
+      support.height = 0.0 - support.height;
+      support.side = support.side == SupportSide::below ? SupportSide::above : SupportSide::below;
+    }
     if (motion_given_ && motion_[i] != "none") {
-      support.motion = read_motion(comm, motion_[i]);
+      support.motion = read_motion(comm, motion_[i], turned);
     }
     if (support.damping > 0.0 && !support.elastic()) {
       throw InputError{"option -support_damping: " + std::to_string(support.damping) +
@@ -173,14 +247,25 @@ class SupportLists {
   }
 
  private:
+  static Extent around(double centre, double width) {
+    return {.from = centre - 0.5 * width, .to = centre + 0.5 * width};
+  }
+
   NumberList position_{"-support_position"};
   NumberList width_{"-support_width", {0.0}};
   Weighting weighting_ = Weighting::tributary;
   NumberList height_{"-support_height", {0.0}};
   std::vector<SupportSide> side_{SupportSide::below};
   bool side_given_ = false;
+  Numbers normal_{0.0, 1.0, 0.0};
+  bool facing_given_ = false;
+  NumberList y_{"-support_y_position", {0.0}};
+  NumberList y_width_{"-support_y_width", {kInfinity}};
+  NumberList z_{"-support_z_position", {0.0}};
+  NumberList z_width_{"-support_z_width", {kInfinity}};
   NumberList restitution_{"-contact_restitution", {1.0}};
   NumberList yield_speed_{"-support_yield_speed", {kInfinity}};
+  NumberList friction_{"-support_friction", {0.0}};
   Strings motion_{"none"};
   bool motion_given_ = false;
   NumberList stiffness_{"-support_stiffness", {kInfinity}};
@@ -208,22 +293,25 @@ ContactInput read_contact(MPI_Comm comm) {
   SupportLists lists;
   Ground ground;
   lists.read_places(group);
+  lists.read_facing(group);
   ground.read(group);
   lists.read_law(group);
   read_contact_parameters(group, input.contact);
   lists.read_motion_and_springs(group);
+  input.faces_in_space = lists.in_space();
   lists.settle(ground.any());
   if (input.contact.surface == ContactSurface::line) {
     lists.refuse_law_of_line();
   }
   for (std::size_t i = 0; i < lists.count(); ++i) {
     const Support& support = input.supports.emplace_back(lists.support(comm, i));
-    if (lists.tributary() && support.width > 0.0) {
+    if (lists.tributary() && support.width > 0.0 && std::isfinite(support.width)) {
       input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }
   }
   if (ground.any()) {
-    input.supports.push_back(ground.support(comm, lists.last_restitution(), lists.last_yield_speed()));
+    input.supports.push_back(
+        ground.support(comm, lists.last_restitution(), lists.last_yield_speed(), lists.last_friction()));
   }
   return input;
 }

@@ -9,6 +9,7 @@
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
 #include "udar/structure/member_shape.hpp"
+#include "udar/structure/network_place.hpp"
 
 namespace udar::app {
 namespace {
@@ -138,6 +139,33 @@ class Generator {
   MemberSection section_;
 };
 
+/// Where the network stands.
+class Standing {
+ public:
+  void read(OptionGroup& group) {
+    given_ = group.reals("-network_rotation", angles_, "rad", petsc::any(),
+                         "turns the network about the origin: about x, then y, then z, three angles; what holds "
+                         "junctions stays along x, y, z");
+    given_ |= group.reals("-network_shift", shift_, "m", petsc::any(), "moves it then along x, y, z, three numbers");
+  }
+  [[nodiscard]] bool given() const noexcept { return given_; }
+
+  [[nodiscard]] NetworkParameters of(NetworkParameters network) const {
+    place_network(network, three("-network_rotation", angles_), three("-network_shift", shift_));
+    return network;
+  }
+
+ private:
+  static Place three(const char* key, const Numbers& given) {
+    const Numbers values = petsc::one_per(key, given, 3, "along or about x, y, z");
+    return {.x = values[0], .y = values[1], .z = values[2]};
+  }
+
+  bool given_ = false;
+  Numbers angles_{0.0, 0.0, 0.0};
+  Numbers shift_{0.0, 0.0, 0.0};
+};
+
 }  // namespace
 
 std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
@@ -150,13 +178,15 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
   group.string("-network_groups", groups, "for a mesh: YAML with sections and what each physical group means");
   Generator generator;
   generator.read(group);
+  Standing standing;
+  standing.read(group);
   if (petsc::Session::help_requested()) {
     return std::nullopt;
   }
   const bool from_file = !file.empty();
   const int sources = (from_file ? 1 : 0) + (generator.grillage() ? 1 : 0) + (generator.lattice() ? 1 : 0);
   if (!asked) {
-    if (from_file || !groups.empty() || generator.keys() > 0) {
+    if (from_file || !groups.empty() || generator.keys() > 0 || standing.given()) {
       throw InputError{"options -network_* need -structure_type network"};
     }
     return std::nullopt;
@@ -171,13 +201,13 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
     if (!groups.empty()) {
       throw InputError{"option -network_groups: '" + groups + "' is not allowed without -network_file, a mesh"};
     }
-    return generator.make();
+    return standing.of(generator.make());
   }
   if (generator.keys() > 0) {
     throw InputError{"option -network_file: '" + file +
                      "' says all of its members, expected no other -network_* but -network_groups"};
   }
-  return io::read_network(comm, file, groups);
+  return standing.of(io::read_network(comm, file, groups));
 }
 
 }  // namespace udar::app

@@ -19,6 +19,17 @@ StartInput read_start(MPI_Comm comm) {
   group.real("-initial_velocity", input.initial.velocity, "m/s", petsc::any(), "velocity of all masses, up");
   group.real("-initial_angular_velocity", input.initial.angular_velocity, "rad/s", petsc::any(),
              "about mid-length, counter-clockwise");
+  input.in_space = group.real("-initial_velocity_x", input.initial.velocity_x, "m/s", petsc::any(),
+                              "for networks: velocity of all masses along x");
+  input.in_space |= group.real("-initial_velocity_z", input.initial.velocity_z, "m/s", petsc::any(),
+                               "for networks: velocity of all masses along z");
+  Numbers spin;
+  if (group.reals("-initial_spin", spin, "rad/s", petsc::any(),
+                  "for networks: angular velocities about x, y, z through the centre of mass, three numbers")) {
+    spin = petsc::one_per("-initial_spin", spin, 3, "about x, y, z");
+    input.initial.spin = {.x = spin[0], .y = spin[1], .z = spin[2]};
+    input.in_space = true;
+  }
   group.string(
       "-initial_shape", shape,
       "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");

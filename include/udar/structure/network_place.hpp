@@ -1,0 +1,14 @@
+#pragma once
+/// @file
+/// Where a network stands and how it is turned.
+
+#include "udar/structure/network.hpp"
+
+namespace udar {
+
+/// @brief Turns a network about the origin, about x, then y, then z, and moves it. Members' own axes and arms turn with
+/// it; what holds junctions and springs to the ground stay along x, y and z.
+/// @param angles about x, y, z [rad] @param shift [m]
+void place_network(NetworkParameters& network, const Place& angles, const Place& shift);
+
+}  // namespace udar

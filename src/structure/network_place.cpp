@@ -1,0 +1,48 @@
+#include "udar/structure/network_place.hpp"
+
+#include <cmath>
+
+#include "structure/member_frame.hpp"
+#include "structure/place_algebra.hpp"
+
+namespace udar {
+namespace {
+
+Place turned(const Place& place, const Place& angles) {
+  const auto about = [](double angle, double& first, double& second) {
+    const double before = first;
+    first = std::cos(angle) * before - std::sin(angle) * second;
+    second = std::sin(angle) * before + std::cos(angle) * second;
+  };
+  Place now = place;
+  about(angles.x, now.y, now.z);
+  about(angles.y, now.z, now.x);
+  about(angles.z, now.x, now.y);
+  return now;
+}
+
+}  // namespace
+
+void place_network(NetworkParameters& network, const Place& angles, const Place& shift) {
+  if (norm(angles) > 0.0) {
+    for (Member& member : network.members) {
+      // Where there are no such axes the network says so.
+      if (norm(span_of(network, member)) > 0.0 && !orientation_is_parallel(network, member)) {
+        member.orientation = turned(place_of(axes_of(network, member)[1]), angles);
+      }
+    }
+    for (Member& member : network.members) {
+      for (MemberEnd& end : member.ends) {
+        end.offset = turned(end.offset, angles);
+      }
+    }
+    for (Junction& junction : network.junctions) {
+      junction.place = turned(junction.place, angles);
+    }
+  }
+  for (Junction& junction : network.junctions) {
+    junction.place = junction.place + shift;
+  }
+}
+
+}  // namespace udar

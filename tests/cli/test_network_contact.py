@@ -1,0 +1,324 @@
+#!/usr/bin/env python3
+# ranks: 1; size: medium
+"""Networks against planes of any direction: walls, inclines, corners, pads; and how they start in space."""
+
+import unittest
+
+import h5py
+import numpy as np
+
+from common import STOPPED_BY_STEPS, UdarTest, run
+
+# No two directions of it are alike: a turned copy that answers as the first does not do so by symmetry.
+PLACES = np.array([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.3, 0.2, 1.5], [1.0, 1.8, 0.6]])
+MEMBERS = [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)]
+ELEMENTS = 4
+SECTION = "{name: bar, shape: rectangle, width: 0.06, height: 0.1}"
+FLIGHT = {"structure_type": "network", "filter_frequency": 300, "gravity": 0, "initial_height": 0,
+          "support_position": 0, "support_width": "inf", "ts_rtol": 1e-9, "ts_max_time": 0.04, "output_interval": 1e-3,
+          "output_field_interval": 0.01}
+
+
+def turn(axis, angle):
+    """The rotation about an axis."""
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def listed(values):
+    return ",".join(f"{value:.17g}" for value in np.asarray(values).ravel())
+
+
+def frame(rotation, shift=(0.0, 0.0, 0.0), places=PLACES):
+    """A frame in YAML; members' own axes turn with it."""
+    turned = places @ rotation.T + np.array(shift)
+    up = rotation @ np.array([0.1, 1.0, -0.2])
+    lines = ["sections:", f"  - {SECTION}", "junctions:"]
+    lines += [f"  - {{name: j{i}, place: [{listed(place)}]}}" for i, place in enumerate(turned)]
+    lines += ["members:"]
+    lines += [f"  - {{from: j{a}, to: j{b}, section: bar, elements: {ELEMENTS}, orientation: [{listed(up)}]}}"
+              for a, b in MEMBERS]
+    return "\n".join(lines) + "\n"
+
+
+def mean_displacements(run_of, masses):
+    """Of all masses, at the times of the fields [m]."""
+    with h5py.File(run_of.file("results.h5"), "r") as file:
+        moved = file["/fields/displacement_of_masses"][()]
+        times = file["/fields/time"][()]
+    of_nodes = moved.reshape(len(times), len(masses), -1, 3).sum(axis=2)
+    return times, np.einsum("tnk,n->tk", of_nodes, masses) / masses.sum()
+
+
+def masses_of(run_of):
+    with h5py.File(run_of.file("results.h5"), "r") as file:
+        return file["/mass"][()].reshape(-1, 3)[:, 0], np.array([file[f"/{axis}"][()] for axis in "xyz"]).T[::3]
+
+
+class NetworkContactTest(UdarTest):
+    def fly(self, name, text, velocity, ranks=0, code=0, **options):
+        path = self.scratch / f"{name}.yaml"
+        path.write_text(text)
+        given = {"network_file": path, "initial_velocity": f"{velocity[1]:.17g}",
+                 "initial_velocity_x": f"{velocity[0]:.17g}", "initial_velocity_z": f"{velocity[2]:.17g}"}
+        return self.run_case({**FLIGHT, **given, **options}, ranks, name=name, code=code)
+
+    @staticmethod
+    def momenta(run_of):
+        """Of all masses along x, y, z, at the times of the fields [N s]."""
+        with h5py.File(run_of.file("results.h5"), "r") as file:
+            axes = file["/axis"][()] if "axis" in file else np.tile(np.eye(3), (len(file["/mass"]) // 3, 1))
+            return (file["/mass"][()] * file["/fields/mass_velocity"][()]) @ axes
+
+    def same(self, expected, found, tolerance):
+        """Energies, contact and impulses of two runs."""
+        self.assertGreater(max(abs(value) for value in expected.summary()["support_impulse"]), 100.0)
+        rows, others = expected.csv("energy.csv"), found.csv("energy.csv")
+        scale = np.abs(rows["kinetic"]).max()
+        for column in ("kinetic", "line_strain", "fictitious_springs", "lost_in_impacts"):
+            self.assertLess(np.abs(rows[column] - others[column]).max(), tolerance * scale, f"{column}{found}")
+        self.assertEqual(found.summary()["impacts"], expected.summary()["impacts"], found)
+        np.testing.assert_allclose(np.abs(found.summary()["support_impulse"]),
+                                   np.abs(expected.summary()["support_impulse"]), rtol=tolerance, err_msg=str(found))
+
+
+class Turned(NetworkContactTest):
+    """A turned copy of a fall gives the turned answer."""
+
+    ROTATIONS = {"wall": turn((0, 0, 1), -np.pi / 2), "behind": turn((1, 0, 0), -np.pi / 2),
+                 "ceiling": turn((0, 0, 1), np.pi), "oblique": turn((0.3, 0.5, -1.0), 0.9),
+                 "down": turn((1.0, 0.2, 0.4), 2.4)}
+
+    def check(self, tolerance, **options):
+        straight = self.fly("floor", frame(np.eye(3)), (0, -2, 0), support_height=-0.01, **options)
+        for name, rotation in self.ROTATIONS.items():
+            with self.subTest(name):
+                normal = rotation @ (0, 1, 0)
+                velocity = rotation @ (0, -2, 0)
+                found = self.fly(name, frame(rotation), velocity, support_height=-0.01, support_normal=listed(normal),
+                                 **options)
+                self.same(straight, found, tolerance)
+
+    def test_masses_that_bounce(self):
+        self.check(1e-7, ts_type="impact", contact_restitution=0.5)
+
+    def test_masses_on_springs(self):
+        self.check(1e-7, ts_type="rk", support_stiffness=1e7)
+
+    def test_line(self):
+        self.check(1e-6, ts_type="impact", contact_surface="line")
+
+    def test_an_oblique_plane_on_two_ranks(self):
+        rotation = self.ROTATIONS["oblique"]
+        options = {"support_height": -0.01, "support_normal": listed(rotation @ (0, 1, 0)), "ts_type": "impact",
+                   "contact_restitution": 0.5}
+        one, two = (self.fly(f"np{ranks}", frame(rotation), rotation @ (0, -2, 0), ranks, **options)
+                    for ranks in (1, 2))
+        self.same(one, two, 1e-8)
+
+    def test_a_corner_of_two_planes(self):
+        both = {"support_position": "0,0", "support_height": "-0.01,-0.02", "contact_restitution": 0.8,
+                "ts_type": "impact"}
+        velocity = np.array([-1.5, -2.0, 0.3])
+        straight = self.fly("corner", frame(np.eye(3)), velocity, support_normal="0,1,0,1,0,0", **both)
+        self.assertGreater(min(np.abs(straight.summary()["support_impulse"])), 50.0, straight)
+        rotation = self.ROTATIONS["oblique"]
+        normals = listed([rotation @ (0, 1, 0), rotation @ (1, 0, 0)])
+        self.same(straight, self.fly("turned", frame(rotation), rotation @ velocity, support_normal=normals, **both),
+                  1e-7)
+
+    def test_a_wall_that_moves(self):
+        table = self.scratch / "motion.csv"
+        table.write_text("time,height\n0,0\n0.01,0.005\n0.03,0.03\n1,0.03\n")
+        options = {"support_height": -0.01, "support_motion": table, "ts_type": "impact"}
+        straight = self.fly("floor", frame(np.eye(3)), (0, -1, 0), **options)
+        found = self.fly("wall", frame(turn((0, 0, 1), np.pi / 2)), (1, 0, 0), support_normal="-3,0,0", **options)
+        self.same(straight, found, 1e-7)
+
+
+    def test_the_program_turns_it_as_well(self):
+        angles = np.array([0.4, -0.7, 1.1])
+        rotation = turn((0, 0, 1), angles[2]) @ turn((0, 1, 0), angles[1]) @ turn((1, 0, 0), angles[0])
+        shift = np.array([1.0, -2.0, 0.5])
+        normal = rotation @ (0, 1, 0)
+        options = {"ts_type": "impact", "contact_restitution": 0.5, "support_normal": listed(normal),
+                   "support_height": f"{-0.01 + shift @ normal:.17g}"}
+        own = self.fly("file", frame(rotation, shift), rotation @ (0, -2, 0), **options)
+        found = self.fly("options", frame(np.eye(3)), rotation @ (0, -2, 0), **options,
+                         network_rotation=listed(angles), network_shift=listed(shift))
+        self.same(own, found, 1e-9)
+
+
+class Restarts(NetworkContactTest):
+    ROTATION = turn((0.3, 0.5, -1.0), 0.9)
+    CASE = {"support_height": -0.005, "support_normal": listed(ROTATION @ (0, 1, 0)), "contact_restitution": 0.3,
+            "support_friction": 0.2, "ts_type": "rk", "gauge_place": "0,0,0", "output_field_interval": 0}
+
+    def fall(self, name, **changes):
+        return self.fly(name, frame(self.ROTATION), self.ROTATION @ (0.5, -1, 0.3), **{**self.CASE, **changes})
+
+    def test_goes_on_as_if_it_had_never_stopped(self):
+        whole = self.fall("whole")
+        first = self.fall("first", ts_max_steps=40, code=STOPPED_BY_STEPS)
+        second = self.fall("second", restart_file=first.file("restart.h5"))
+        self.assertGreater(whole.summary()["impacts"], first.summary()["impacts"])
+        for name in ("gauges.csv", "contact.csv", "impacts.csv"):
+            rows, tail = (run_of.file(name).read_text().splitlines() for run_of in (whole, second))
+            self.assertGreater(len(tail), 1)
+            self.assertEqual(tail[1:], rows[len(rows) - len(tail) + 1:], name)
+        self.assertEqual(second.summary()["support_impulse"], whole.summary()["support_impulse"])
+
+    def test_another_plane_is_refused(self):
+        first = self.fall("first", ts_max_time=0.002)
+        path = self.scratch / "first.yaml"
+        for change, words in (({"support_normal": "1,0,0"}, "normals, x"), ({"support_friction": 0.3}, "friction"),
+                              ({"support_z_width": 9}, "z from")):
+            failed = run({**FLIGHT, **self.CASE, "network_file": path, "output_directory": self.scratch / "run",
+                          "restart_file": first.file("restart.h5"), **change})
+            self.assertIn(words, failed.errors[0])
+
+
+class Slopes(NetworkContactTest):
+    def test_a_frame_slides_down_an_incline_as_a_body_does(self):
+        angle = 0.4
+        rotation = turn((0, 0, 1), -angle)
+        normal = rotation @ (0, 1, 0)
+        slid = self.fly("incline", frame(rotation), (0, 0, 0), support_normal=listed(normal), gravity=9.81,
+                        support_height=0, contact_restitution=0, ts_type="impact", ts_max_time=0.3)
+        masses, _ = masses_of(slid)
+        times, moved = mean_displacements(slid, masses)
+        down = np.array([np.cos(angle), -np.sin(angle), 0.0]) * 0.5 * 9.81 * np.sin(angle) * times[:, None] ** 2
+        along = moved - (moved @ normal)[:, None] * normal
+        self.assertLess(np.abs(along - down).max(), 1e-9 * np.abs(down).max(), slid)
+        self.assertLess(abs(slid.csv("energy.csv")["drift"]).max(), 1e-6, slid)  # 5e-7 where little has moved yet
+
+    def slide(self, name, friction, angle=0.5, speed=2.0, end=0.4, **options):
+        """One heavy frame of masses that rest on an incline, thrown up it: its mean way along the slope."""
+        rotation = turn((0, 0, 1), -angle)
+        down = np.array([np.cos(angle), -np.sin(angle), 0.0])
+        flat = frame(rotation, places=np.array([[0, 0, 0], [2.0, 0, 0], [0.3, 0, 1.5], [1.0, 0, 0.6]]))
+        slid = self.fly(name, flat, -speed * down, support_normal=listed(rotation @ (0, 1, 0)), gravity=9.81,
+                        support_height=0, contact_restitution=0, support_friction=friction, ts_type="rk",
+                        ts_max_time=end, output_field_interval=end / 40, **options)
+        masses, _ = masses_of(slid)
+        times, moved = mean_displacements(slid, masses)
+        drift = np.abs(slid.csv("energy.csv")["drift"]).max()
+        self.assertLess(drift, 1e-6, slid)
+        return times, moved @ down
+
+    def test_a_body_thrown_up_an_incline_with_friction(self):
+        angle, speed, g = 0.5, 2.0, 9.81
+        for friction in (0.2, 0.9):  # it comes back down, it stays
+            up, back = g * (np.sin(angle) + friction * np.cos(angle)), g * (np.sin(angle) - friction * np.cos(angle))
+            top = speed / up
+            errors = []
+            for step in (4e-4, 2e-4):
+                times, way = self.slide(f"{friction}_{step}", friction, angle, speed, ts_adapt_dt_max=step,
+                                        ts_rtol=1e-6)
+                late = np.maximum(times - top, 0.0)
+                early = np.minimum(times, top)
+                exact = -speed * early + 0.5 * up * early**2 + 0.5 * max(back, 0.0) * late**2
+                errors.append(np.abs(way - exact).max())
+            with self.subTest(friction=friction):
+                self.assertLess(errors[1], 2e-3 * speed**2 / up / 2)
+                self.assertLess(errors[1], 0.6 * errors[0], "first order")
+
+    def test_friction_of_an_impact(self):
+        # One point of contact: what it gives along the normal, times the coefficient, is what it takes across.
+        lone = frame(np.eye(3), places=np.array([[0, 0.6, 0], [1.0, 0, 0.1], [0.3, 0.8, 0.9], [0.6, 0.9, 0.3]]))
+        across = np.array([0.7, 0.4])
+        for friction, sticks in ((0.1, False), (0.5, True)):
+            hit = self.fly(f"hit_{friction}", lone, (0.7, -3, 0.4), support_height=-0.01, contact_restitution=1,
+                           support_friction=friction, ts_type="rk", ts_max_time=0.0045, output_field_interval=4.5e-3)
+            impacts = hit.csv("impacts.csv")
+            self.assertEqual(len(impacts["time"]), 1, hit)
+            impulse = impacts["impulse"][0]
+            mass = impulse / (2 * 3)
+            self.assertEqual(friction * impulse > mass * np.linalg.norm(across), sticks)
+            momentum = self.momenta(hit)
+            taken = mass * across if sticks else friction * impulse * across / np.linalg.norm(across)
+            np.testing.assert_allclose((momentum[-1] - momentum[0])[[0, 2]], -taken, rtol=1e-8)
+            self.assertLess(np.abs(hit.csv("energy.csv")["drift"]).max(), 1e-9, hit)
+            lost = 0.5 * mass * (across @ across) if sticks else taken @ across - 0.5 * taken @ taken / mass
+            np.testing.assert_allclose(hit.csv("energy.csv")["lost_in_impacts"][-1], lost, rtol=1e-9)
+
+    def test_momentum_is_what_the_supports_gave(self):
+        rotation = turn((0.3, 0.5, -1.0), 0.9)
+        normals = np.array([rotation @ (0, 1, 0), rotation @ (0, 0, 1)])
+        velocity = rotation @ (0.4, -2.0, -1.0)
+        run_of = self.fly("corner", frame(rotation), velocity, support_position="0,0", support_normal=listed(normals),
+                          support_height=-0.01, contact_restitution=0.6, ts_type="impact")
+        momentum = self.momenta(run_of)
+        np.testing.assert_allclose(momentum[0] / np.linalg.norm(momentum[0]), velocity / np.linalg.norm(velocity))
+        signs = np.sign(normals[np.arange(2), np.abs(normals).argmax(axis=1)])
+        given = np.array(run_of.summary()["support_impulse"]) * signs @ normals
+        self.assertGreater(np.abs(given).max(), 500.0)
+        np.testing.assert_allclose(momentum[-1] - momentum[0], given, atol=1e-9 * np.abs(given).max())
+
+
+class Starts(NetworkContactTest):
+    def test_spin_is_about_the_centre_of_mass(self):
+        spin = np.array([0.3, -0.5, 0.7])
+        drift = np.array([0.2, 0.4, -0.1])
+        flown = self.fly("spin", frame(np.eye(3)), drift, support_position=None, support_width=None,
+                         initial_spin=listed(spin), ts_type="chebyshev", ts_max_time=0.01,
+                         output_field_interval=0.01)
+        masses, places = masses_of(flown)
+        with h5py.File(flown.file("results.h5"), "r") as file:
+            found = file["/fields/mass_velocity"][()][-1].reshape(-1, 3)
+        centre = masses @ places / masses.sum()
+        np.testing.assert_allclose(found, drift + np.cross(spin, places - centre), atol=1e-9)
+
+    def test_pads_hold_what_stands_on_them(self):
+        grillage = {"network_grillage": "3,3", "network_elements": 2, "network_spacing": 1}
+        four = {"support_position": "0,2,0,2", "support_width": 0.2, "support_z_position": "0,0,2,2",
+                "support_z_width": 0.2, "support_height": 0}
+        shown = self.run_case({**FLIGHT, **grillage, **four, "gravity": 9.81, "initial_height": 0.01, "udar_view": True,
+                               "ts_max_time": 0.08})
+        contact = shown.csv("contact.csv")
+        self.assertEqual(contact["masses"].max(), 4, shown)
+        impulse = np.array(shown.summary()["support_impulse"])
+        self.assertGreater(impulse.min(), 0.0)
+        np.testing.assert_allclose(impulse, impulse[0], rtol=1e-6)
+
+
+class Refusals(NetworkContactTest):
+    def test_of_options(self):
+        path = self.scratch / "frame.yaml"
+        path.write_text(frame(np.eye(3)))
+        network = {**FLIGHT, "network_file": path, "ts_max_time": 1e-3}
+        beam = {"filter_frequency": 100, "support_position": 5, "ts_max_time": 1e-3}
+        for words, options in (
+            (["-support_normal", "0,0,0", "direction"], {**network, "support_normal": "0,0,0"}),
+            (["-support_normal", "2 numbers", "three"], {**network, "support_normal": "0,1"}),
+            (["-support_normal", "right angles"],
+             {**network, "support_position": "0,0", "support_normal": "0,1,0,1,1,0"}),
+            (["-support_width", "oblique"], {**network, "support_width": 0, "support_normal": "1,1,0"}),
+            (["-support_width", "no node"], {**network, "support_z_position": 50, "support_z_width": 1}),
+            (["-support_normal", "-structure_type network"], {**beam, "support_normal": "1,0,0"}),
+            (["-support_z_*", "-structure_type network"], {**beam, "support_z_width": 1}),
+            (["-initial_velocity_x", "-structure_type network"], {**beam, "initial_velocity_x": 1}),
+            (["-initial_spin", "2 values"], {**network, "initial_spin": "1,2"}),
+            (["-support_friction", "impact", "rk"], {**network, "support_friction": 0.3, "ts_type": "impact"}),
+            (["-support_friction", "-contact_surface line"],
+             {**network, "support_friction": 0.3, "contact_surface": "line"}),
+            (["overlaps"], {**network, "support_normal": "1,0,0", "support_height": 0.5}),
+        ):
+            with self.subTest(options=options):
+                failed = run({"output_directory": self.scratch / "run", **options})
+                self.assertEqual(failed.code, 1, failed)
+                self.assertEqual(len(failed.errors), 1, failed)
+                for word in words:
+                    self.assertIn(word, failed.errors[0])
+
+    def test_a_node_that_is_held_in_some_directions(self):
+        path = self.scratch / "frame.yaml"
+        path.write_text(frame(np.eye(3)) + "groups:\n  - {name: g, junctions: [j0], held: [uz]}\n")
+        failed = run({"output_directory": self.scratch / "run", **FLIGHT, "network_file": path,
+                      "support_normal": "1,1,0"})
+        self.assertIn("held in some directions", failed.errors[0])
+
+
+if __name__ == "__main__":
+    unittest.main()
