@@ -115,7 +115,14 @@ std::vector<LinePoint> line_points(const MassPoints& points, const Contacts& con
 }
 
 LineContact::LineContact(FilteredStructure& line, const Contacts& contacts, std::size_t dense_points)
-    : line_{&line}, dense_{!are_many(contacts, dense_points)} {
+    : line_{&line},
+      dense_{!are_many(contacts,
+                       line.structure().chain() != nullptr ? dense_points : std::numeric_limits<std::size_t>::max())} {
+  if (!dense_ && line.structure().chain() == nullptr) {
+    throw InputError{
+        "contact surface: line is not allowed with more than " + std::to_string(kDenseInAll) +
+        " contact points of a network or of imported matrices, expected mass, or supports that touch less"};
+  }
   const MassPoints& points = line.points();
   for (const Support& support : contacts.supports) {
     refuse_what_masses_need(support, line.parameters().filtered());

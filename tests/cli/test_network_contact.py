@@ -283,6 +283,21 @@ class Starts(NetworkContactTest):
         np.testing.assert_allclose(impulse, impulse[0], rtol=1e-6)
 
 
+class Floors(NetworkContactTest):
+    GRILLAGE = {"network_spacing": 1, "network_elements": 2, "support_position": None, "support_width": None,
+                "floor": True, "contact_surface": "line", "gravity": 9.81, "initial_height": 0.02}
+
+    def test_a_line_over_hundreds_of_nodes(self):
+        fallen = self.run_case({**FLIGHT, **self.GRILLAGE, "network_grillage": "7,7", "ts_type": "impact",
+                                "ts_rtol": 1e-6, "ts_max_time": 0.1})
+        self.assertEqual(fallen.csv("contact.csv")["masses"].max(), 49 + 2 * 42, fallen)
+        self.assertLess(np.abs(fallen.csv("energy.csv")["drift"]).max(), 1e-6, fallen)
+
+    def test_too_many_are_refused(self):
+        failed = run({"output_directory": self.scratch / "run", **FLIGHT, **self.GRILLAGE, "network_grillage": "30,30"})
+        self.assertIn("more than 2000 contact points", failed.errors[0])
+
+
 class Refusals(NetworkContactTest):
     def test_of_options(self):
         path = self.scratch / "frame.yaml"

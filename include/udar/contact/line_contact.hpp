@@ -33,7 +33,8 @@ class LineContact {
   /// Contact points side by side under one support up to which pivoting serves (docs/theory.md, measured).
   static constexpr std::size_t kDensePoints = 100;
 
-  /// @param dense_points more contact points than these under one support are many
+  /// @param dense_points more contact points than these under one support are many; not of networks and imported
+  /// matrices, which have no way for many
   /// @note Collective: with a filter as `make_ready`.
   /// @throws InputError as `ObstacleForces` for many, and for supports that yield or are damped; where modes are
   /// corrected for many, and for points too close to each other
