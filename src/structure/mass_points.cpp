@@ -181,9 +181,9 @@ std::vector<PointShare> PlacedPoints::height_of(PetscInt point) const {
   if (told[0] == 0.0) {
     return {{.point = point, .share = 1.0}};
   }
-  std::vector<PointShare> shares;
-  for (std::size_t k = 0; k < 3; ++k) {
-    shares.push_back({.point = static_cast<PetscInt>(told.at(1 + k)), .share = told.at(4 + k)});
+  std::vector<PointShare> shares(3);
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    shares[k] = {.point = static_cast<PetscInt>(told.at(1 + k)), .share = told.at(4 + k)};
   }
   return shares;
 }
