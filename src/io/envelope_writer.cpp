@@ -24,11 +24,12 @@ struct Extremes {
   std::array<std::vector<double>, 2> value;
   std::array<std::vector<double>, 2> time;
 
-  Extremes(const FieldInfo& of, std::size_t number, std::size_t points) : field{of}, index{number} {
+  /// @param places points or cells of this rank
+  Extremes(const FieldInfo& of, std::size_t number, std::size_t places) : field{of}, index{number} {
     constexpr double kNone = std::numeric_limits<double>::infinity();
-    value[0].assign(points, kNone);
-    value[1].assign(points, -kNone);
-    time.fill(std::vector<double>(points, 0.0));
+    value[0].assign(places, kNone);
+    value[1].assign(places, -kNone);
+    time.fill(std::vector<double>(places, 0.0));
   }
 
   [[nodiscard]] std::string name(std::size_t side) const {
@@ -60,8 +61,7 @@ class EnvelopeWriter final : public Observer {
   EnvelopeWriter(const RunLayout& layout, std::string path, const std::shared_ptr<ResultsFile>& results,
                  double interval, Peaks* peaks)
       : comm_{layout.comm()},
-        order_{layout.order},
-        cells_{layout.cells},
+        rows_{layout.rows},
         number_(layout.points->points()),
         x_(layout.points->points()),
         scaled_{layout.peaks},
@@ -108,8 +108,11 @@ class EnvelopeWriter final : public Observer {
   void finish() override {
     std::vector<EnvelopeColumn> columns;
     for (const Extremes& extremes : extremes_) {
+      const auto places = static_cast<std::size_t>(rows_->order_of(extremes.field.where).range().count());
       for (const std::size_t side : {0U, 1U}) {
-        columns.push_back({.name = extremes.name(side), .field = extremes.field, .values = extremes.value[side]});
+        columns.push_back({.name = extremes.name(side),
+                           .field = extremes.field,
+                           .values = std::span{extremes.value[side]}.first(places)});
       }
     }
     std::vector<std::vector<double>> scaled;
@@ -127,7 +130,7 @@ class EnvelopeWriter final : public Observer {
       }
     }
     results_->add_envelope(columns);
-    if (order_->range().total <= kTextNodesMax &&
+    if (rows_->nodes().range().total <= kTextNodesMax &&
         std::ranges::any_of(columns, [this](const EnvelopeColumn& column) { return has_rows(column); })) {
       write_text(columns);
     }
@@ -157,7 +160,7 @@ class EnvelopeWriter final : public Observer {
   /// Whether values stand with points: those of cells do in a chain alone, where a cell follows each point but the
   /// last.
   [[nodiscard]] bool has_rows(const EnvelopeColumn& column) const {
-    return column.field.where == Where::points || order_->same();
+    return column.field.where == Where::points || (rows_->nodes().same() && !rows_->grouped());
   }
 
   /// One row a point, in the user's order; what lies in a cell of a chain stands with the point before.
@@ -169,8 +172,7 @@ class EnvelopeWriter final : public Observer {
       rows.push_back(static_cast<double>(number_[i]));
       rows.push_back(x_[i]);
       for (const EnvelopeColumn& column : columns) {
-        const bool there =
-            has_rows(column) && (column.field.where == Where::points || i < static_cast<std::size_t>(cells_.count()));
+        const bool there = has_rows(column) && i < column.values.size();
         rows.push_back(there ? column.values[i] : kUnknown);
       }
     }
@@ -180,7 +182,7 @@ class EnvelopeWriter final : public Observer {
     }
     TextFile file{comm_, path_};
     file.append(envelope_header(names) +
-                envelope_rows(columns.size(), gathered(comm_, order_->to_user(rows, static_cast<int>(width)))));
+                envelope_rows(columns.size(), gathered(comm_, rows_->nodes().to_user(rows, static_cast<int>(width)))));
     file.sync();
   }
 
@@ -204,8 +206,7 @@ class EnvelopeWriter final : public Observer {
   }
 
   MPI_Comm comm_;
-  std::shared_ptr<const PointOrder> order_;
-  NodeRange cells_;
+  std::shared_ptr<const FileRows> rows_;
   std::vector<std::int64_t> number_;  ///< of this rank's points in the user's model
   std::vector<double> x_;             ///< of the same [m]
   std::vector<ScaledPeak> scaled_;

@@ -92,7 +92,7 @@ class EventWriter final : public BlockWriter {
       : BlockWriter{interval},
         results_{results},
         points_{layout.points},
-        renumbers_{!layout.order->same()},
+        rows_{layout.rows},
         impacts_{layout.comm(), folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
         rests_{layout.comm(), folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
 
@@ -112,9 +112,7 @@ class EventWriter final : public BlockWriter {
   [[nodiscard]] std::vector<Record> in_user_numbers(std::span<const Record> records) const {
     std::vector<Record> named{records.begin(), records.end()};
     for (Record& record : named) {
-      if (renumbers_) {
-        record.node = static_cast<PetscInt>(points_->number(static_cast<std::size_t>(record.node - points_->begin())));
-      }
+      record.node = static_cast<PetscInt>(rows_->number(static_cast<std::size_t>(record.node - points_->begin())));
     }
     return named;
   }
@@ -133,7 +131,7 @@ class EventWriter final : public BlockWriter {
 
   SharedResults results_;
   const MassPoints* points_;
-  bool renumbers_;
+  std::shared_ptr<const FileRows> rows_;
   EventTable<ImpactRecord> impacts_;
   EventTable<RestRecord> rests_;
 };

@@ -402,10 +402,9 @@ void Hdf5File::add_small(const std::string& name, std::span<const std::int64_t> 
   add_dataset(name, H5T_NATIVE_INT64, on_first(values.size()), values.data());
 }
 
-void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values,
-                               int components) {
-  assert(values.size() == count_of(nodes.count()) * static_cast<std::size_t>(components));
-  add_dataset(name, H5T_NATIVE_DOUBLE, nodes, values.data(), components);
+void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values) {
+  assert(values.size() == count_of(nodes.count()));
+  add_dataset(name, H5T_NATIVE_DOUBLE, nodes, values.data());
 }
 
 void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values,

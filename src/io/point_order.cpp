@@ -32,9 +32,20 @@ std::vector<std::int64_t> numbers_of(const MassPoints& points) {
 
 }  // namespace
 
+NodeRange range_of(MPI_Comm comm, PetscInt own) {
+  NodeRange range;
+  MPI_Scan(&own, &range.end, 1, MPIU_INT, MPI_SUM, comm);
+  MPI_Allreduce(&own, &range.total, 1, MPIU_INT, MPI_SUM, comm);
+  range.begin = range.end - own;
+  return range;
+}
+
 PointOrder::PointOrder(const MassPoints& points)
     : PointOrder{
           points.comm(), {.begin = points.begin(), .end = points.end(), .total = points.total()}, numbers_of(points)} {}
+
+PointOrder::PointOrder(MPI_Comm comm, const Topology& cells)
+    : PointOrder{comm, range_of(comm, cells.cells()), cells.cell_number} {}
 
 PointOrder::PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const std::int64_t> number)
     : comm_{comm}, range_{points} {
@@ -80,8 +91,8 @@ std::vector<double> PointOrder::to_user(std::span<const double> own, int compone
   return moved(own, MPI_DOUBLE, components);
 }
 
-std::vector<std::int64_t> PointOrder::to_user(std::span<const std::int64_t> own) const {
-  return moved(own, MPI_INT64_T, 1);
+std::vector<std::int64_t> PointOrder::to_user(std::span<const std::int64_t> own, int components) const {
+  return moved(own, MPI_INT64_T, components);
 }
 
 std::vector<std::uint8_t> PointOrder::to_user(std::span<const std::uint8_t> own, int components) const {
@@ -106,6 +117,15 @@ std::vector<std::int64_t> PointOrder::rows_of(std::span<const PetscInt> global) 
     UDAR_CALL(PetscSFBcastEnd(asked, MPI_INT64_T, row_.data(), rows.data(), MPI_REPLACE));
   }
   return rows;
+}
+
+std::vector<double> PointOrder::largest(std::span<const PetscInt> global, std::span<const double> values) const {
+  Graph asked;
+  set_graph(comm_, range_, global, asked);
+  std::vector<double> most(static_cast<std::size_t>(range_.count()), 0.0);
+  UDAR_CALL(PetscSFReduceBegin(asked, MPI_DOUBLE, values.data(), most.data(), MPI_MAX));
+  UDAR_CALL(PetscSFReduceEnd(asked, MPI_DOUBLE, values.data(), most.data(), MPI_MAX));
+  return most;
 }
 
 }  // namespace udar::io

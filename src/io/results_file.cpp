@@ -116,18 +116,21 @@ void add_description(Hdf5File& file, const std::string& path, const FieldInfo& f
   file.add_attribute(path, "where", std::string{field.where == Where::points ? "points" : "cells"});
 }
 
-/// Where points stand, which they are, and what they are the corners of.
-void add_points(Hdf5File& file, const RunLayout& layout) {
+/// Where nodes stand, which they are, and how they move.
+void add_nodes(Hdf5File& file, const RunLayout& layout) {
   const MassPoints& points = *layout.points;
+  const PointOrder& order = layout.rows->nodes();
   std::array<std::vector<double>, 3> place;
+  std::vector<double> mass;
   std::vector<std::int64_t> number;
   std::vector<std::int64_t> direction;
-  for (std::size_t point = 0; point < points.points(); ++point) {
+  for (const std::size_t point : layout.rows->a_point()) {
     const Place at = points.place(point);
     place[0].push_back(at.x);
     place[1].push_back(at.y);
     place[2].push_back(at.z);
-    number.push_back(points.number(point));
+    mass.push_back(points.mass()[point]);
+    number.push_back(layout.rows->number(point));
     direction.push_back(static_cast<std::int64_t>(points.direction(point)));
   }
   constexpr std::array kAxes{"/x", "/y", "/z"};
@@ -135,32 +138,58 @@ void add_points(Hdf5File& file, const RunLayout& layout) {
     int there = axis == 0 || std::ranges::any_of(place[axis], [](double at) { return at != 0.0; }) ? 1 : 0;
     MPI_Allreduce(MPI_IN_PLACE, &there, 1, MPI_INT, MPI_LOR, layout.comm());
     if (there != 0) {
-      file.add_node_values(kAxes[axis], layout.nodes(), layout.order->to_user(place[axis]));
+      file.add_node_values(kAxes[axis], order.range(), order.to_user(place[axis]));
       add_units(file, kAxes[axis], "m");
     }
   }
-  file.add_node_values("/mass", layout.nodes(), layout.order->to_user(points.mass()));
+  file.add_node_values("/mass", order.range(), order.to_user(mass));
   add_units(file, "/mass", "kg");
-  file.add_node_values("/node", layout.nodes(), layout.order->to_user(number));
+  file.add_node_values("/node", order.range(), order.to_user(number));
   add_units(file, "/node", "1");
-  if (!layout.upright) {
-    file.add_node_values("/direction", layout.nodes(), layout.order->to_user(direction));
+  if (!layout.rows->upright() && !layout.rows->grouped()) {
+    file.add_node_values("/direction", order.range(), order.to_user(direction));
     add_units(file, "/direction", "1");
   }
-  int framed = points.frames().empty() ? 0 : 1;
-  MPI_Allreduce(MPI_IN_PLACE, &framed, 1, MPI_INT, MPI_LOR, layout.comm());
-  if (framed != 0) {
-    std::vector<double> axes;
-    for (std::size_t point = 0; point < points.points(); ++point) {
-      const auto [x, y, z] = points.axis(point);
-      axes.insert(axes.end(), {x, y, z});
+}
+
+/// Of nodes that are held in some direction; nothing where none is.
+void add_held(Hdf5File& file, const RunLayout& layout) {
+  std::vector<std::int64_t> held(layout.rows->a_point().size(), 0);
+  int any = 0;
+  for (std::size_t point = 0; point < layout.points->points(); ++point) {
+    if (layout.points->fixed(point)) {
+      any = 1;
+      held[layout.rows->node(point)] = 1;
     }
-    file.add_node_values("/axis", layout.nodes(), layout.order->to_user(axes, 3), 3);
-    add_units(file, "/axis", "1");
   }
-  file.add_node_values("/cells", layout.cells, layout.order->rows_of(layout.topology.corners),
-                       static_cast<int>(Topology::corners_of(layout.topology.shape)));
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, layout.comm());
+  if (any != 0) {
+    file.add_node_values("/held", layout.nodes(), layout.rows->nodes().to_user(held));
+    add_units(file, "/held", "1");
+  }
+}
+
+/// What nodes are the corners of, and what of the user's model that is.
+void add_cells(Hdf5File& file, const RunLayout& layout) {
+  const PointOrder& order = layout.rows->cells();
+  const Topology& topology = layout.topology;
+  const auto corners = static_cast<int>(Topology::corners_of(topology.shape));
+  file.add_node_values("/cells", order.range(), order.to_user(layout.rows->nodes().rows_of(topology.corners), corners),
+                       corners);
   add_units(file, "/cells", "1");
+  if (layout.tubes) {
+    file.add_node_values("/member", order.range(), order.to_user(topology.member));
+    add_units(file, "/member", "1");
+    file.add_node_values("/member_radius", order.range(), order.to_user(topology.radius));
+    add_units(file, "/member_radius", "m");
+    std::vector<double> of_corners;
+    for (const double radius : topology.radius) {
+      of_corners.insert(of_corners.end(), static_cast<std::size_t>(corners), radius);
+    }
+    const PointOrder& nodes = layout.rows->nodes();
+    file.add_node_values("/radius", nodes.range(), nodes.to_user(nodes.largest(topology.corners, of_corners)));
+    add_units(file, "/radius", "m");
+  }
 }
 
 void add_layout(Hdf5File& file, const RunLayout& layout) {
@@ -174,13 +203,16 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
     file.add_attribute("/", "filter_frequency", *layout.filter_frequency);
   }
   const bool only_points = layout.topology.shape == Topology::Shape::vertex;
-  file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells.total));
+  file.add_attribute("/", "structure", std::string{layout.topology.name});
+  file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells().total));
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
   file.add_group("/parameters");
   for (const auto& [name, value] : layout.parameters) {
     file.add_attribute("/parameters", name, value);
   }
-  add_points(file, layout);
+  add_nodes(file, layout);
+  add_held(file, layout);
+  add_cells(file, layout);
   file.add_small("/gauge_node", layout.numbers_of(layout.gauge_node));
   add_units(file, "/gauge_node", "1");
   file.add_small("/gauge_position", layout.gauge_position);
@@ -223,11 +255,8 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
     : file_{std::make_unique<Hdf5File>(layout.comm(), path, Hdf5File::Access::create)},
-      points_{layout.points},
-      order_{layout.order},
-      cells_{layout.cells},
-      upright_{layout.upright},
-      fields_{layout.fields},
+      rows_{layout.rows},
+      fields_{layout.rows->fields(layout.fields)},
       supports_{static_cast<PetscInt>(layout.supports.size())} {
   int rank = 0;
   MPI_Comm_rank(layout.comm(), &rank);
@@ -236,16 +265,10 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   file_->add_group("/fields");
   file_->add_records(kFieldTime, H5T_NATIVE_DOUBLE);
   add_units(*file_, kFieldTime, "s");
-  for (const FieldInfo& field : fields_) {
-    if (field.rows) {
-      const PetscInt total = field.where == Where::points ? order_->range().total : cells_.total;
-      file_->add_rows(path_of(field), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE, total, field.components);
-      add_description(*file_, path_of(field), field);
-    }
-    if (field.position && !upright_) {
-      file_->add_rows(displacement_path(field.body), H5T_NATIVE_DOUBLE, order_->range().total, 3);
-      add_units(*file_, displacement_path(field.body), "m");
-    }
+  for (const FileField& field : fields_) {
+    file_->add_rows(field.path(), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE,
+                    rows_->order_of(field.where).range().total, field.components);
+    add_description(*file_, field.path(), field);
   }
   file_->add_records("/impacts", impact_type());
   add_units(*file_, "/impacts", "s,1,m,1,m/s,m/s,N s,J");
@@ -262,52 +285,30 @@ void ResultsFile::append_fields(const Snapshot& state) {
   const petsc::LogScope scope{petsc::log_events().fields};
   // Space for the whole row first: a row that does not fit leaves none of its fields behind.
   std::uint64_t bytes = file_->growth(kFieldTime);
-  for (const FieldInfo& field : fields_) {
-    bytes += field.rows ? file_->growth(path_of(field)) : 0;
-    bytes += field.position && !upright_ ? file_->growth(displacement_path(field.body)) : 0;
+  for (const FileField& field : fields_) {
+    bytes += file_->growth(field.path());
   }
   file_->reserve(bytes);
 
-  assert(state.fields.size() == fields_.size());
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    assert(state.fields[i].name == fields_[i].name);
-    if (fields_[i].rows) {
-      append_field(state.fields[i]);
-    }
-    if (fields_[i].position && !upright_) {
-      const std::vector<double> moved = order_->to_user(displacements(state.fields[i].numbers()), 3);
-      file_->append_row(displacement_path(fields_[i].body), order_->range(), moved.data());
-    }
+  for (const FileField& field : fields_) {
+    append_field(field, state.fields[field.source]);
   }
   file_->append_records(kFieldTime, &state.time, first_rank_ ? 1 : 0);
   ++field_rows_;
   flush_if_due();
 }
 
-void ResultsFile::append_field(const Field& field) {
-  const std::string path = path_of(field);
-  if (field.where == Where::cells) {
-    file_->append_row(path, cells_, field.data());
-  } else if (order_->same()) {
-    file_->append_row(path, order_->range(), field.data());
+void ResultsFile::append_field(const FileField& field, const Field& shown) {
+  const PointOrder& order = rows_->order_of(field.where);
+  if (field.form == FileField::Form::given && order.same()) {
+    file_->append_row(field.path(), order.range(), shown.data());
   } else if (field.flag) {
-    file_->append_row(path, order_->range(), order_->to_user(field.flags(), field.components).data());
+    const std::vector<std::uint8_t> own = rows_->flags(field, shown.flags());
+    file_->append_row(field.path(), order.range(), order.to_user(own, field.components).data());
   } else {
-    file_->append_row(path, order_->range(), order_->to_user(field.numbers(), field.components).data());
+    const std::vector<double> own = rows_->numbers(field, shown.numbers());
+    file_->append_row(field.path(), order.range(), order.to_user(own, field.components).data());
   }
-}
-
-/// How far points are from their places, by their one coordinate each: vectors [m].
-std::vector<double> ResultsFile::displacements(std::span<const double> coordinate) const {
-  std::vector<double> vectors(3 * coordinate.size(), 0.0);
-  for (std::size_t point = 0; point < coordinate.size(); ++point) {
-    const double moved = coordinate[point] - points_->reference(point);
-    const auto [x, y, z] = points_->axis(point);
-    vectors[3 * point] = x * moved;
-    vectors[3 * point + 1] = y * moved;
-    vectors[3 * point + 2] = z * moved;
-  }
-  return vectors;
 }
 
 void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
@@ -371,12 +372,9 @@ void ResultsFile::append_contact(std::span<const ContactRow> rows, std::span<con
 void ResultsFile::add_envelope(std::span<const EnvelopeColumn> columns) {
   file_->add_group("/envelope");
   for (const EnvelopeColumn& column : columns) {
-    const bool of_points = column.field.where == Where::points;
-    const NodeRange& range = of_points ? order_->range() : cells_;
+    const PointOrder& order = rows_->order_of(column.field.where);
     const std::string path = "/envelope/" + column.name;
-    const auto values = column.values.first(static_cast<std::size_t>(range.count()));
-    file_->add_node_values(path, range,
-                           of_points ? order_->to_user(values) : std::vector(values.begin(), values.end()));
+    file_->add_node_values(path, order.range(), order.to_user(column.values));
     add_description(*file_, path, column.field);
   }
   flush_if_due();

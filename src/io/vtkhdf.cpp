@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <limits>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "io/text_file.hpp"
+#include "structure/place_algebra.hpp"
 #include "udar/io/hdf5_file.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -162,9 +164,9 @@ struct Parts {
   /// Where the points of a body begin.
   [[nodiscard]] hsize_t first(Body body) const { return body == Body::line ? 0 : nodes; }
   /// Rows of a field at the nodes of its body, or in the cells of the line.
-  [[nodiscard]] Piece data(const FieldInfo& field) const {
+  [[nodiscard]] Piece data(const FileField& field) const {
     const bool of_points = field.where == Where::points;
-    return vectors(path_of(field), of_points ? first(field.body) : 0, of_points ? nodes : line_cells,
+    return vectors(field.path(), of_points ? first(field.body) : 0, of_points ? nodes : line_cells,
                    static_cast<hsize_t>(field.components), of_points ? points() : cells());
   }
   /// Rows of `count` values among `all`.
@@ -179,9 +181,13 @@ struct Parts {
   [[nodiscard]] Piece height(const std::string& dataset, hsize_t first, hsize_t count) const {
     return {dataset, {rows, count}, {first, 1}, {points(), 1}, {rows, 1}, {count, 1}};
   }
-  /// Values that do not change, one per node, in column `column` of an array.
+  /// Values that do not change, one per node.
   [[nodiscard]] Piece fixed(const char* dataset, hsize_t first) const {
     return {dataset, {nodes}, {first}, {1}, {1}, {nodes}};
+  }
+  /// The same, one per cell of the line.
+  [[nodiscard]] Piece fixed_in_cells(const char* dataset) const {
+    return {dataset, {line_cells}, {0}, {1}, {1}, {line_cells}};
   }
 };
 
@@ -275,12 +281,13 @@ class DataGroup {
   }
 
   /// All fields of this kind that are no places.
-  void add(std::span<const FieldInfo> fields) {
+  void add(std::span<const FileField> fields) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const bool of_points = kind_ == "Point";
     const hsize_t all = parts_->rows * (of_points ? parts_->points() : parts_->cells());
-    for (const FieldInfo& field : fields) {
-      if (field.position || (field.where == Where::points) != of_points) {
+    for (const FileField& field : fields) {
+      if (field.position || field.form == FileField::Form::displacement ||
+          (field.where == Where::points) != of_points) {
         continue;
       }
       const Extent extent = field.components == 1 ? Extent{all} : Extent{all, static_cast<hsize_t>(field.components)};
@@ -314,16 +321,16 @@ class DataGroup {
   std::vector<std::pair<std::string, bool>> written_;  ///< names, and whether each row has its own
 };
 
-void write_point_data(Writer& writer, const Parts& parts, std::span<const FieldInfo> fields, bool upright,
+void write_point_data(Writer& writer, const Parts& parts, std::span<const FileField> fields, bool upright,
                       bool supports_move, DataGroup& data) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   writer.group("/VTKHDF/PointData");
   std::vector<Piece> displacement;
-  for (const FieldInfo& field : fields) {
-    if (field.position) {
-      displacement.push_back(upright ? parts.height(path_of(field), parts.first(field.body), parts.nodes)
-                                     : parts.vectors(displacement_path(field.body), parts.first(field.body),
-                                                     parts.nodes, 3, parts.points()));
+  for (const FileField& field : fields) {
+    if (field.form == FileField::Form::displacement) {
+      displacement.push_back(parts.data(field));
+    } else if (field.position && upright) {
+      displacement.push_back(parts.height(field.path(), parts.first(field.body), parts.nodes));
     }
   }
   if (supports_move) {
@@ -350,6 +357,34 @@ void write_steps(Writer& writer, std::span<const double> times) {
   }
 }
 
+constexpr std::int64_t kOutline = 5;  // corners of a rectangle, the first again
+
+/// The part of a plane that is next to a structure, or to the box of it that the plane holds.
+std::array<Place, kOutline> outline_of(const RunLayout::Support& support, const Region& around) {
+  const std::vector<double>& space = support.space;
+  const Place normal{.x = space[0], .y = space[1], .z = space[2]};
+  const double half = support.width > 0.0 ? 0.5 * support.width : std::numeric_limits<double>::infinity();
+  const Place from{.x = std::max(around.from.x, support.position - half),
+                   .y = std::max(around.from.y, space[3]),
+                   .z = std::max(around.from.z, space[5])};
+  const Place to{.x = std::min(around.to.x, support.position + half),
+                 .y = std::min(around.to.y, space[4]),
+                 .z = std::min(around.to.z, space[6])};
+  const Place middle = 0.5 * (from + to);
+  const Place centre = middle + (support.height - dot(normal, middle)) * normal;
+  const Place across = cross(normal, std::abs(normal.z) < 0.9 ? Place{.z = 1.0} : Place{.x = 1.0});
+  const Place first = (1.0 / norm(across)) * across;
+  const Place second = cross(normal, first);
+  const auto reach = [&](const Place& axis) {
+    return 0.5 * (std::abs(axis.x) * (to.x - from.x) + std::abs(axis.y) * (to.y - from.y) +
+                  std::abs(axis.z) * (to.z - from.z));
+  };
+  const auto corner = [&](double a, double b) {
+    return centre + (a * reach(first)) * first + (b * reach(second)) * second;
+  };
+  return {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1), corner(-1, -1)};
+}
+
 }  // namespace
 
 VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string results)
@@ -357,24 +392,45 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
       path_{std::move(path)},
       results_{std::move(results)},
       nodes_{layout.nodes().total},
-      cells_{layout.cells.total},
+      cells_{layout.cells().total},
       shape_{layout.topology.shape},
-      upright_{layout.upright},
+      upright_{layout.rows->upright()},
+      tubes_{layout.tubes},
       fields_{layout.fields_in_pictures()} {
   // Heights of points that move along y are absolute.
-  std::array<int, 3> there{1, 0, 0};
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  std::array<double, 6> most{0.0, 0.0, kNone, kNone, kNone, kNone};  // sizes of y and z, -y, y, -z, z
   for (std::size_t point = 0; point < layout.points->points(); ++point) {
     const Place at = layout.points->place(point);
-    there[1] |= !upright_ && at.y != 0.0 ? 1 : 0;
-    there[2] |= at.z != 0.0 ? 1 : 0;
+    most = {std::max(most[0], upright_ ? 0.0 : std::abs(at.y)),
+            std::max(most[1], std::abs(at.z)),
+            std::max(most[2], -at.y),
+            std::max(most[3], at.y),
+            std::max(most[4], -at.z),
+            std::max(most[5], at.z)};
   }
-  MPI_Allreduce(MPI_IN_PLACE, there.data(), 3, MPI_INT, MPI_MAX, comm_);
-  constexpr std::array kNames{"/x", "/y", "/z"};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    axes_[axis] = there[axis] != 0 ? kNames[axis] : "";
-  }
-  const udar::Extent ends = layout.points->extent();
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), 6, MPI_DOUBLE, MPI_MAX, comm_);
+  axes_ = {"/x", most[0] > 0.0 ? "/y" : "", most[1] > 0.0 ? "/z" : ""};
+  const udar::Extent along = layout.points->extent();
+  place_supports(layout, {.from = {.x = along.from, .y = -most[2], .z = -most[4]},
+                          .to = {.x = along.to, .y = most[3], .z = most[5]}});
+}
+
+/// Supports hold what is above or below them whatever its z: a point is then a line, a line a closed one.
+void VtkHdfFile::place_supports(const RunLayout& layout, const Region& around) {
+  const udar::Extent ends{.from = around.from.x, .to = around.to.x};
   for (const RunLayout::Support& support : layout.supports) {
+    const std::vector<double>& space = support.space;
+    if (!space.empty() && space[1] != 1.0) {
+      for (const Place& corner : outline_of(support, around)) {
+        support_points_.insert(support_points_.end(), {corner.x, corner.y, corner.z});
+      }
+      support_sizes_.push_back(kOutline);
+      lifts_.emplace_back();  // which would be along the normal
+      continue;
+    }
+    const udar::Extent across{.from = space.empty() ? around.from.z : std::max(around.from.z, space[5]),
+                              .to = space.empty() ? around.to.z : std::min(around.to.z, space[6])};
     const bool ground = !layout.ground_x.empty() && &support == &layout.supports.back();
     std::vector<double> x{support.position};
     std::vector<double> height;
@@ -386,10 +442,20 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
            std::min(ends.to, support.position + 0.5 * support.width)};
     }
     height.resize(x.size(), support.height);
+    const std::size_t before = support_points_.size();
+    const auto add = [&](std::size_t i, double z) {
+      support_points_.insert(support_points_.end(), {x[i], height[i], z});
+    };
     for (std::size_t i = 0; i < x.size(); ++i) {
-      support_points_.insert(support_points_.end(), {x[i], height[i], 0.0});
+      add(i, across.from);
     }
-    support_sizes_.push_back(static_cast<std::int64_t>(x.size()));
+    for (std::size_t i = x.size(); across.length() > 0.0 && i-- > 0;) {
+      add(i, across.to);
+    }
+    if (across.length() > 0.0 && x.size() > 1) {
+      add(0, across.from);
+    }
+    support_sizes_.push_back(static_cast<std::int64_t>((support_points_.size() - before) / 3));
     lifts_.push_back(support.lift);
   }
 }
@@ -433,6 +499,11 @@ void VtkHdfFile::write(std::span<const double> times) const {
     write_point_data(writer, parts, fields_, upright_, supports_move, at_points);
     in_cells.note("part");
     in_cells.add(fields_);
+    if (tubes_) {  // the Tube filter takes no number that is none
+      at_points.add("radius", "m", {parts.points()}, 0.0, {parts.fixed("/radius", parts.first(Body::line))}, false);
+      in_cells.add("radius", "m", {parts.cells()}, 0.0, {parts.fixed_in_cells("/member_radius")}, false);
+      in_cells.add("member", "1", {parts.cells()}, std::int64_t{-1}, {parts.fixed_in_cells("/member")}, false);
+    }
     write_steps(writer, times);
     at_points.write_offsets(times.size());
     in_cells.write_offsets(times.size());

@@ -52,6 +52,13 @@ std::string part(const std::string& extent, const std::string& choice, const std
 }
 
 constexpr const char* kFloat = "\"Float\" Precision=\"8\"";
+constexpr const char* kInteger = "\"Int\" Precision=\"8\"";
+
+std::string open_attribute(const std::string& name, const std::string& type, Where where) {
+  return "        <Attribute Name=\"" + name + "\" AttributeType=\"" + type + "\" Center=\"" +
+         (where == Where::points ? "Node" : "Cell") + "\">\n";
+}
+constexpr const char* kCloseAttribute = "        </Attribute>\n";
 
 }  // namespace
 
@@ -60,9 +67,9 @@ XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string
       results_{std::move(results)},
       points_{std::move(points)},
       nodes_{layout.nodes().total},
-      cells_{layout.cells.total},
+      cells_{layout.cells().total},
       shape_{layout.topology.shape},
-      upright_{layout.upright},
+      tubes_{layout.tubes},
       fields_{layout.fields_in_pictures()} {
   file_->append(
       "<?xml version=\"1.0\"?>\n"
@@ -75,28 +82,38 @@ XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string
 
 XdmfFile::~XdmfFile() = default;
 
-/// The next row of the rows at `source`. Of them only those up to this one are named, so that this stays true while the
-/// file grows.
-std::string XdmfFile::row_of(const std::string& source, const FieldInfo& field) const {
+/// The next row of a field. Of its rows only those up to this one are named, so that this stays true while the file
+/// grows.
+std::string XdmfFile::row_of(const FileField& field) const {
   const std::string count = std::to_string(field.where == Where::points ? nodes_ : cells_);
   const std::string row = std::to_string(rows_);
   const std::string rows = std::to_string(rows_ + 1);
   const std::string type = field.flag ? "\"UChar\" Precision=\"1\"" : kFloat;
   if (field.components == 1) {
-    return part(count, row + " 0 1 1 1 " + count, rows + " " + count, type, results_ + ":" + source);
+    return part(count, row + " 0 1 1 1 " + count, rows + " " + count, type, results_ + ":" + field.path());
   }
   const std::string extent = count + " " + std::to_string(field.components);
-  return part(extent, row + " 0 0 1 1 1 1 " + extent, rows + " " + extent, type, results_ + ":" + source);
+  return part(extent, row + " 0 0 1 1 1 1 " + extent, rows + " " + extent, type, results_ + ":" + field.path());
 }
 
-std::string XdmfFile::attribute(const std::string& name, const std::string& source, const FieldInfo& field) const {
+std::string XdmfFile::attribute(const std::string& name, const FileField& field) const {
   const char* type = field.components == 1 ? "Scalar" : (field.components == 3 ? "Vector" : "Matrix");
-  return "        <Attribute Name=\"" + name + "\" AttributeType=\"" + type + "\" Center=\"" +
-         (field.where == Where::points ? "Node" : "Cell") + "\">\n" + row_of(source, field) + "        </Attribute>\n";
+  return open_attribute(name, type, field.where) + row_of(field) + kCloseAttribute;
+}
+
+/// What members are like, the same at all times.
+std::string XdmfFile::members() const {
+  const std::string nodes = std::to_string(nodes_);
+  const std::string cells = std::to_string(cells_);
+  return open_attribute("radius", "Scalar", Where::points) + whole(nodes, kFloat, results_ + ":/radius") +
+         kCloseAttribute + open_attribute("radius", "Scalar", Where::cells) +
+         whole(cells, kFloat, results_ + ":/member_radius") + kCloseAttribute +
+         open_attribute("member", "Scalar", Where::cells) + whole(cells, kInteger, results_ + ":/member") +
+         kCloseAttribute;
 }
 
 /// The points of the line: x, then its height, or y, then z.
-std::string XdmfFile::geometry(const FieldInfo* height) const {
+std::string XdmfFile::geometry(const FileField* height) const {
   const std::string nodes = std::to_string(nodes_);
   const auto column = [&](int axis) {
     return part(nodes, "0 " + std::to_string(axis) + " 1 1 " + nodes + " 1", nodes + " 3", kFloat, points_);
@@ -105,8 +122,7 @@ std::string XdmfFile::geometry(const FieldInfo* height) const {
   const std::string unique = "<!-- row " + std::to_string(rows_) + " -->";
   // VTK's Xdmf3 readers crash on points of two coordinates.
   return "        <Geometry GeometryType=\"X_Y_Z\">\n" + whole(nodes, kFloat, unique + results_ + ":/x") +
-         (height != nullptr && upright_ ? row_of(path_of(*height), *height) : column(1)) + column(2) +
-         "        </Geometry>\n";
+         (height != nullptr ? row_of(*height) : column(1)) + column(2) + "        </Geometry>\n";
 }
 
 void XdmfFile::append(double time) {
@@ -116,21 +132,23 @@ void XdmfFile::append(double time) {
   const std::string cells = std::to_string(cells_);
   const PetscInt corners = Topology::corners_of(shape_);
   grid += "\"/>\n        <Topology TopologyType=\"" + topology_type(shape_) + "\" NumberOfElements=\"" + cells +
-          "\">\n" +
-          whole(corners > 1 ? cells + " " + std::to_string(corners) : cells, "\"Int\" Precision=\"8\"",
-                results_ + ":/cells") +
+          "\">\n" + whole(corners > 1 ? cells + " " + std::to_string(corners) : cells, kInteger, results_ + ":/cells") +
           "        </Topology>\n";
-  const auto shape = std::ranges::find_if(fields_, &FieldInfo::position);  // of the line, as a rule
-  grid += geometry(shape != fields_.end() ? &*shape : nullptr);
+  const auto moves = [](const FileField& field) { return field.form == FileField::Form::displacement; };
+  auto shape = std::ranges::find_if(fields_, moves);  // of the line, as a rule
+  const bool displaced = shape != fields_.end();
+  if (!displaced) {
+    shape = std::ranges::find_if(fields_, &FileField::position);
+  }
+  grid += geometry(displaced || shape == fields_.end() ? nullptr : &*shape);
   for (auto field = fields_.begin(); field != fields_.end(); ++field) {
     if (field != shape) {
-      grid += attribute(std::string{field->name}, path_of(*field), *field);
-    } else if (!upright_) {
-      FieldInfo vector = *field;
-      vector.components = 3;
-      grid += attribute("displacement", displacement_path(field->body), vector);
+      grid += attribute(std::string{field->name}, *field);
+    } else if (displaced) {
+      grid += attribute("displacement", *field);
     }
   }
+  grid += tubes_ ? members() : "";
   grid += "      </Grid>\n";
   file_->append(grid, kFooter);
   ++rows_;

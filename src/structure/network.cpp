@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -121,6 +122,8 @@ NetworkParameters checked(NetworkParameters parameters) {
 }
 
 }  // namespace
+
+double MemberSection::tube_radius() const { return radius > 0.0 ? radius : std::sqrt(area / std::numbers::pi); }
 
 Network::Network(MPI_Comm comm, NetworkParameters parameters)
     : comm_{comm}, parameters_{checked(std::move(parameters))} {
@@ -325,11 +328,26 @@ Mat Network::stiffness() const {
 
 Topology Network::topology() const {
   Topology topology{.name = "network", .shape = Topology::Shape::line, .corners = {}};
-  for (std::size_t member = 0; member < parameters_.members.size(); ++member) {
-    for (std::size_t i = 0; member_ranks_[member] == rank_ && i < parameters_.members[member].elements; ++i) {
-      topology.corners.push_back(point(node(member, i), 1));
-      topology.corners.push_back(point(node(member, i + 1), 1));
+  for (std::size_t point = 0; point < points_->points(); ++point) {
+    topology.node.push_back(point % nodes());
+  }
+  for (std::size_t local = 0; local < nodes(); ++local) {
+    topology.node_number.push_back(points_->number(local) / 3);
+  }
+  const auto global = [this](const Node& node) {
+    return static_cast<PetscInt>(rank_nodes_[static_cast<std::size_t>(node.rank)] + node.local);
+  };
+  std::int64_t next = 0;
+  for (std::size_t number = 0; number < parameters_.members.size(); ++number) {
+    const Member& member = parameters_.members[number];
+    for (std::size_t i = 0; member_ranks_[number] == rank_ && i < member.elements; ++i) {
+      topology.corners.push_back(global(node(number, i)));
+      topology.corners.push_back(global(node(number, i + 1)));
+      topology.cell_number.push_back(next + static_cast<std::int64_t>(i));
+      topology.member.push_back(static_cast<std::int64_t>(number));
+      topology.radius.push_back(parameters_.sections[member.section].tube_radius());
     }
+    next += static_cast<std::int64_t>(member.elements);
   }
   return topology;
 }

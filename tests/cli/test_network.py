@@ -9,7 +9,7 @@ import unittest
 
 import numpy as np
 
-from common import UdarTest, run
+from common import UdarTest, datasets, run
 
 # A portal of two posts and a beam whose middle carries a mass, and a strut that is hinged at one end.
 FRAME = """\
@@ -333,6 +333,51 @@ class Refusals(NetworkTest):
         ):
             with self.subTest(options=options):
                 self.refused(*words, ranks=(0,), **options)
+
+
+class Output(NetworkTest):
+    """What its files say: vectors at nodes, numbers in the order of the user, whatever the ranks."""
+
+    def fall(self, ranks=0, name="run", code=0, **changes):
+        options = {**RUN, "network_file": self.write("frame.yaml", FRAME.replace(", held: pinned", ", mass: 1")),
+                   "initial_height": 0.01, "support_position": None, "support_height": None, "floor": True,
+                   "initial_slope": 0.002, "ts_max_time": 0.08, "output_field_interval": 0.01,
+                   "gauge_junction": "left knee", **changes}
+        return self.run_case(options, ranks, name=name, code=code)
+
+    def test_nodes_have_vectors(self):
+        alone, dealt = (self.fall(ranks, name=f"np{ranks}") for ranks in (1, 2))
+        one, two = (datasets(run.file("results.h5")) for run in (alone, dealt))
+        self.assertEqual(sorted(one), sorted(two))
+        for name in ("x", "y", "mass", "node", "cells", "member", "member_radius", "radius"):
+            np.testing.assert_array_equal(two[name], one[name], err_msg=name)
+        for name in ("displacement_of_line", "displacement_of_masses", "mass_velocity", "axial_force", "moment_z"):
+            rows = one[f"fields/{name}"]
+            off = np.abs(two[f"fields/{name}"] - rows).max()
+            self.assertLess(off, 1e-8 * np.abs(rows).max(), name)  # they land at 45 ms and hit many times
+        self.assertEqual(one["fields/mass_velocity"].shape, (9, len(one["x"]), 3))
+        self.assertEqual(one["fields/resting"].shape, (9, len(one["x"])))
+        self.assertEqual(one["fields/moment_z"].shape, (9, len(one["cells"])))
+        np.testing.assert_array_equal(one["node"], np.arange(len(one["x"])))
+        # A gauge reads the height and the velocity of its node.
+        gauge, table = int(one["gauge_node"][0]), alone.csv("gauges.csv")
+        self.assertEqual((one["x"][gauge], one["y"][gauge]), (0, 3))
+        every = np.rint(one["fields/time"] / 0.002).astype(int)
+        for body, column in (("masses", "mass_0"), ("line", "line_0")):
+            height = 3 + one[f"fields/displacement_of_{body}"][:, gauge, 1]
+            np.testing.assert_allclose(height, table[column][every], rtol=0, atol=1e-14)
+        np.testing.assert_allclose(one["fields/mass_velocity"][:, gauge, 1], table["velocity_0"][every], rtol=0,
+                                   atol=1e-14)
+        self.assertGreater(np.abs(one["fields/displacement_of_line"][:, :, 0]).max(), 1e-6, "it sways")
+        # Members follow each other, each from end to end; tubes have the radius of the circle or one of the same area.
+        self.assertEqual([int((one["member"] == k).sum()) for k in range(4)], [6, 6, 4, 4])
+        beam = np.sqrt(0.1 * 0.2 / np.pi)
+        np.testing.assert_allclose(one["member_radius"], np.repeat([0.1, beam], [12, 8]), rtol=1e-15)
+        ends = one["cells"][one["member"] == 0]
+        np.testing.assert_array_equal(ends[1:, 0], ends[:-1, 1])
+        for x, y, radius in ((0, 3, 0.1), (2, 3, beam), (0, 0, 0.1)):
+            at = np.flatnonzero((one["x"] == x) & (one["y"] == y))
+            np.testing.assert_allclose(one["radius"][at], [radius], rtol=1e-15)
 
 
 if __name__ == "__main__":

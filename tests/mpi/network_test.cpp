@@ -125,7 +125,20 @@ TEST(Network, DealsJunctionsAndMembers) {
   }
   EXPECT_EQ(cells, static_cast<PetscInt>(elements));
   for (const PetscInt corner : topology.corners) {
-    EXPECT_TRUE(corner >= 0 && corner < network.points().total());
+    EXPECT_TRUE(corner >= 0 && corner < static_cast<PetscInt>(network.total_nodes()));
+  }
+  // Its nodes are the three points at one place that move along three axes.
+  ASSERT_EQ(topology.node.size(), network.points().points());
+  ASSERT_EQ(topology.node_number.size(), network.nodes());
+  for (std::size_t point = 0; point < topology.node.size(); ++point) {
+    const Place axis = network.points().axis(point);
+    const std::int64_t along = axis.x == 1.0 ? 0 : axis.y == 1.0 ? 1 : 2;
+    EXPECT_EQ(network.points().number(point), 3 * topology.node_number[topology.node[point]] + along);
+  }
+  ASSERT_EQ(topology.member.size(), topology.radius.size());
+  for (std::size_t cell = 0; cell < topology.member.size(); ++cell) {
+    const Member& member = house.members.at(static_cast<std::size_t>(topology.member[cell]));
+    EXPECT_EQ(topology.radius[cell], house.sections[member.section].tube_radius());
   }
 }
 

@@ -24,6 +24,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/world.hpp"
@@ -163,6 +164,7 @@ RunLayout layout_of(PetscInt nodes) {
   const std::vector<double> unknown(table.mass.size(), std::numeric_limits<double>::quiet_NaN());
   layout.peaks = {{"stress", "Pa", "moment", unknown}, {"utilisation", "1", "moment", unknown}};
   layout.gauge_node = {nodes - 1, 0};
+  layout.gauge_height = {{{nodes - 1, 1.0}}, {{0, 1.0}}};
   layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
   layout.supports = {{1.0, 0.2, -0.1, 0.5, 1}, {2.0, 0.0, 0.3, 0.25, -1}};
   layout.filter_frequency = 1000.0;
@@ -418,6 +420,7 @@ TEST(RunWriters, NeedNoGaugesAndNoSupports) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(4);
   layout.gauge_node.clear();
+  layout.gauge_height.clear();
   layout.gauge_position.clear();
   layout.supports.clear();
   layout.options_text.clear();
@@ -583,6 +586,7 @@ TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(1);
   layout.gauge_node = {0};
+  layout.gauge_height = {{{0, 1.0}}};
   layout.gauge_position = {0.0};
   const Writers writers = make_run_writers(layout, folder.path(), 0.1, 0.0);
   const double third = 1.0 / 3.0;
@@ -939,6 +943,7 @@ TEST(Structures, OfAnyShapeAreWrittenInTheUsersNumbers) {
   RunLayout layout{points, topology};
   layout.fields = {kMotionFields[2]};
   layout.gauge_node = {1};
+  layout.gauge_height = {{{1, 1.0}}};
   layout.gauge_position = {2.0};
   {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
@@ -978,6 +983,130 @@ TEST(Structures, OfAnyShapeAreWrittenInTheUsersNumbers) {
     const std::string xdmf = read_text(folder / "results.xdmf");
     EXPECT_NE(xdmf.find("TopologyType=\"Quadrilateral\" NumberOfElements=\"1\""), std::string::npos);
     EXPECT_NE(xdmf.find("<Attribute Name=\"displacement\" AttributeType=\"Vector\""), std::string::npos);
+  }
+}
+
+/// Three nodes in a line, each of three points along y, x and z, and two members between them; all numbered against the
+/// ranks' order.
+struct NodesOfThreePoints {
+  static constexpr PetscInt kNodes = 3;
+  NodeRange own = share(kNodes);
+  PointTable table;
+  Topology topology{.name = "network", .shape = Topology::Shape::line, .corners = {}};
+  std::vector<double> position;
+  std::vector<double> velocity;
+  std::vector<std::uint8_t> resting;
+  std::vector<double> tension;
+
+  NodesOfThreePoints() {
+    constexpr std::array kBlocks{std::pair{Direction::y, 1}, std::pair{Direction::x, 0}, std::pair{Direction::z, 2}};
+    for (const auto& [direction, axis] : kBlocks) {
+      for (PetscInt i = own.begin; i < own.end; ++i) {
+        const auto node = static_cast<double>(i);
+        topology.node.push_back(static_cast<std::size_t>(i - own.begin));
+        table.place.push_back({.x = node, .y = 1.0, .z = 2.0 * node});
+        table.mass.push_back(1.0 + node);
+        table.number.push_back(30 * (kNodes - 1 - i) + axis);
+        table.direction.push_back(direction);
+        position.push_back(0.25 * (axis + 1) + node + (axis == 1 ? 1.0 : 0.0));
+        velocity.push_back(10.0 * axis + node);
+        resting.push_back(axis == 2 && i == 1 ? 1 : 0);
+        if (axis == 0 && i == 2) {
+          table.fixed.push_back(table.mass.size() - 1);
+        }
+      }
+    }
+    for (PetscInt i = own.begin; i < own.end; ++i) {
+      topology.node_number.push_back(10 * (kNodes - 1 - i));
+      if (i + 1 < kNodes) {
+        topology.corners.insert(topology.corners.end(), {i, i + 1});
+        topology.cell_number.push_back(1 - i);
+        topology.member.push_back(5 + i);
+        topology.radius.push_back(0.25 * (1 + static_cast<double>(i)));
+        tension.push_back(100.0 + static_cast<double>(i));
+      }
+    }
+  }
+};
+
+TEST(Structures, NodesOfSeveralPointsHaveVectors) {
+  const TemporaryFolder folder;
+  const NodesOfThreePoints made;
+  const PlacedPoints points{PETSC_COMM_WORLD, 1, made.table};
+  RunLayout layout{points, made.topology};
+  layout.fields = {kMotionFields.begin(), kMotionFields.end()};
+  layout.fields.push_back({.name = "tension", .unit = "N", .where = Where::cells, .extremes = true});
+  layout.fields.push_back(kRestingField);
+  layout.gauge_node = {0};
+  layout.gauge_height = {{{0, 1.0}}};
+  layout.gauge_position = {0.0};
+  layout.supports = {{1.0, 0.0, -0.5, 0.5, 1}, {1.0, 1.0, -0.25, 0.5, 1}};
+  {
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    const std::vector<Field> shown{{layout.fields[0], std::span{made.position}},
+                                   {layout.fields[1], std::span{made.velocity}},
+                                   {layout.fields[2], std::span{made.position}},
+                                   {layout.fields[3], std::span{made.tension}},
+                                   {layout.fields[4], std::span{made.resting}}};
+    const std::vector<double> impulse(layout.supports.size(), 0.0);
+    for (const auto& writer : writers) {
+      if (writer->interval() > 0.0) {
+        writer->snapshot({.time = 0.0, .fields = shown, .energy = {}, .support_impulse = impulse});
+      }
+    }
+    std::vector<ImpactRecord> hit;
+    if (made.own.begin <= 1 && 1 < made.own.end) {
+      hit.push_back({.time = 0.5, .node = points.global(static_cast<std::size_t>(1 - made.own.begin)), .x = 1.0});
+    }
+    write_events(writers, hit, {});
+    finish(writers);
+  }
+  EXPECT_FALSE(fs::exists(folder / "envelope.csv")) << "tension is of cells";
+  if (world_rank() == 0) {
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.text_attribute("structure"), "network");
+    EXPECT_EQ(file.integers("/node"), (std::vector<std::int64_t>{0, 10, 20}));
+    EXPECT_EQ(file.doubles("/x"), (std::vector<double>{2, 1, 0}));
+    EXPECT_EQ(file.doubles("/z"), (std::vector<double>{4, 2, 0}));
+    EXPECT_EQ(file.doubles("/mass"), (std::vector<double>{3, 2, 1}));
+    EXPECT_EQ(file.integers("/held"), (std::vector<std::int64_t>{1, 0, 0}));
+    EXPECT_EQ(file.integers("/cells"), (std::vector<std::int64_t>{1, 0, 2, 1}));
+    EXPECT_EQ(file.integers("/member"), (std::vector<std::int64_t>{6, 5}));
+    EXPECT_EQ(file.doubles("/member_radius"), (std::vector<double>{0.5, 0.25}));
+    EXPECT_EQ(file.doubles("/radius"), (std::vector<double>{0.5, 0.5, 0.25})) << "the largest that meet there";
+    const std::vector<double> moved{2.25, 2.5, 2.75, 1.25, 1.5, 1.75, 0.25, 0.5, 0.75};
+    EXPECT_EQ(file.shape("/fields/displacement_of_line"), (std::vector<hsize_t>{1, 3, 3}));
+    EXPECT_EQ(file.doubles("/fields/displacement_of_line"), moved);
+    EXPECT_EQ(file.doubles("/fields/displacement_of_masses"), moved);
+    EXPECT_EQ(file.doubles("/fields/mass_velocity"), (std::vector<double>{2, 12, 22, 1, 11, 21, 0, 10, 20}));
+    EXPECT_EQ(file.shape("/fields/resting"), (std::vector<hsize_t>{1, 3}));
+    EXPECT_EQ(file.read<std::uint8_t>("/fields/resting", H5T_NATIVE_UINT8), (std::vector<std::uint8_t>{0, 1, 0}));
+    EXPECT_EQ(file.doubles("/fields/tension"), (std::vector<double>{101, 100}));
+    EXPECT_EQ(file.doubles("/envelope/tension_max"), (std::vector<double>{101, 100}));
+    EXPECT_EQ(file.integers("/gauge_node"), std::vector<std::int64_t>{20});
+    EXPECT_EQ(file.column("/impacts", "node"), std::vector<double>{10.0});
+
+    const SerialFile picture{folder / "results.vtkhdf"};
+    EXPECT_EQ(picture.integers("/VTKHDF/NumberOfPoints"), (std::vector<std::int64_t>{3, 3, 7}));
+    const std::vector<double> place = picture.doubles("/VTKHDF/Points");
+    EXPECT_EQ((std::vector<double>{place.begin(), place.begin() + 9}),
+              (std::vector<double>{2, 1, 4, 1, 1, 2, 0, 1, 0}));
+    EXPECT_EQ((std::vector<double>{place.begin() + 18, place.end()}),
+              (std::vector<double>{1,   -0.5,  0, 1,   -0.5,  4,  // across, then around
+                                   0.5, -0.25, 0, 1.5, -0.25, 0, 1.5, -0.25, 4, 0.5, -0.25, 4, 0.5, -0.25, 0}));
+    const std::vector<double> displacement = picture.doubles("/VTKHDF/PointData/displacement");
+    EXPECT_EQ((std::vector<double>{displacement.begin(), displacement.begin() + 9}), moved);
+    const std::vector<double> radius = picture.doubles("/VTKHDF/PointData/radius");
+    EXPECT_EQ((std::vector<double>{radius.begin(), radius.begin() + 4}), (std::vector<double>{0.5, 0.5, 0.25, 0.0}));
+    EXPECT_EQ(picture.doubles("/VTKHDF/CellData/radius"), (std::vector<double>{0.5, 0.25, 0, 0, 0}));
+    EXPECT_EQ(picture.integers("/VTKHDF/CellData/member"), (std::vector<std::int64_t>{6, 5, -1, -1, -1}));
+    EXPECT_EQ(picture.integers("/VTKHDF/Steps/PointDataOffsets/radius"), std::vector<std::int64_t>{0});
+    const std::string xdmf = read_text(folder / "results.xdmf");
+    for (const char* text : {"\"displacement\" AttributeType=\"Vector\" Center=\"Node\"",
+                             "\"mass_velocity\" AttributeType=\"Vector\" Center=\"Node\"",
+                             "\"radius\" AttributeType=\"Scalar\" Center=\"Node\"", "results.h5:/member_radius"}) {
+      EXPECT_NE(xdmf.find(text), std::string::npos) << text;
+    }
   }
 }
 
@@ -1110,6 +1239,7 @@ TEST(FullDisk, LeavesOnlyWholeRowsInTheTables) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(10);
   layout.gauge_node.assign(100, 3);
+  layout.gauge_height.assign(100, {{3, 1.0}});
   layout.gauge_position.assign(100, 1.5);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   const std::unique_ptr<Observer>& gauges = writers.front();

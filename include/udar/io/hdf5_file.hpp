@@ -79,9 +79,8 @@ class Hdf5File {
   void add_small(const std::string& name, std::span<const double> values);
   void add_small(const std::string& name, std::span<const std::int64_t> values);
   /// A dataset with one value per node; each rank gives its nodes.
+  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values);
   /// @param[in] components values a node, a second dimension if there are several
-  void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values,
-                       int components = 1);
   void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const std::int64_t> values,
                        int components = 1);
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "udar/io/point_order.hpp"
+#include "udar/io/file_rows.hpp"
 #include "udar/structure/description.hpp"
 #include "udar/structure/field.hpp"
 #include "udar/structure/mass_points.hpp"
@@ -29,7 +29,7 @@ struct ScaledPeak {
 
 /// @brief The plain description of a run that all writers get. Equal on every rank but for what is said to be a rank's.
 ///
-/// Files keep points in the user's numbering, one row a point, and name them by their number in the user's model.
+/// Files keep nodes in the user's numbering, one row a node, and name them by their number in the user's model.
 struct RunLayout {
   /// @brief One support, or the floor.
   struct Support {
@@ -49,10 +49,9 @@ struct RunLayout {
   RunLayout(const MassPoints& of, Topology topology_of);
 
   const MassPoints* points;                           ///< never null
-  std::shared_ptr<const PointOrder> order;            ///< from this rank's points to rows of the files
   Topology topology;                                  ///< this rank's cells
-  NodeRange cells;                                    ///< this rank's, in the files
-  bool upright = true;                                ///< all points move along y
+  bool tubes = false;                                 ///< its cells are pieces of members and have radii
+  std::shared_ptr<const FileRows> rows;               ///< from this rank's points and cells to rows of the files
   std::vector<FieldInfo> fields;                      ///< of the snapshots, in their order
   std::vector<ScaledPeak> peaks;                      ///< made of their extremes
   std::vector<PetscInt> gauge_node;                   ///< global point of each gauge
@@ -67,17 +66,14 @@ struct RunLayout {
   std::vector<Parameter> parameters;  ///< of the case, as restart files have them
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return points->comm(); }
-  /// This rank's rows of the points.
-  [[nodiscard]] const NodeRange& nodes() const noexcept { return order->range(); }
+  /// This rank's rows of the nodes, and of the cells.
+  [[nodiscard]] const NodeRange& nodes() const noexcept { return rows->nodes().range(); }
+  [[nodiscard]] const NodeRange& cells() const noexcept { return rows->cells().range(); }
   /// Fields with rows: those of the line, then those of the masses.
-  [[nodiscard]] std::vector<FieldInfo> fields_in_pictures() const;
-  /// Numbers in the user's model of some global points, the same on every rank. @note Collective: one reduction.
+  [[nodiscard]] std::vector<FileField> fields_in_pictures() const;
+  /// Numbers in the user's model of the nodes of some global points, the same on every rank. @note Collective: one
+  /// reduction.
   [[nodiscard]] std::vector<std::int64_t> numbers_of(std::span<const PetscInt> global) const;
 };
-
-/// @brief Where the rows of a field stand in results.h5.
-[[nodiscard]] std::string path_of(const FieldInfo& field);
-/// @brief Where those of the displacements of a body stand, vectors [m], of a structure that is not `upright`.
-[[nodiscard]] std::string displacement_path(Body body);
 
 }  // namespace udar::io

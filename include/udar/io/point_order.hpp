@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "udar/petsc/handle.hpp"
+#include "udar/structure/field.hpp"
 #include "udar/structure/mass_points.hpp"
 
 namespace udar::io {
@@ -22,8 +23,12 @@ struct NodeRange {
   [[nodiscard]] PetscInt count() const noexcept { return end - begin; }
 };
 
-/// @brief Takes values of points to the user's numbering, in which files keep them, and back. Where both are the same,
-/// as in a chain, nothing moves. Numbers may leave some out: rows of a file do not.
+/// @brief What this rank has where each has so many. @note Collective.
+[[nodiscard]] NodeRange range_of(MPI_Comm comm, PetscInt own);
+
+/// @brief Takes values of points, or of nodes or cells in their place, to the user's numbering, in which files keep
+/// them, and back. Where both are the same, as in a chain, nothing moves. Numbers may leave some out: rows of a file do
+/// not.
 class PointOrder {
  public:
   /// @param[in] points of this rank
@@ -32,6 +37,8 @@ class PointOrder {
   PointOrder(MPI_Comm comm, const NodeRange& points, std::span<const std::int64_t> number = {});
   /// Of all points of a structure. @note Collective.
   explicit PointOrder(const MassPoints& points);
+  /// Of all cells of a structure. @note Collective.
+  PointOrder(MPI_Comm comm, const Topology& cells);
 
   /// The points that this rank has in a file: as many as it holds, in the user's numbering.
   [[nodiscard]] const NodeRange& range() const noexcept { return range_; }
@@ -40,12 +47,15 @@ class PointOrder {
   /// @name Values of points, `components` of each one behind the other @note Collective unless nothing moves.
   /// @{
   [[nodiscard]] std::vector<double> to_user(std::span<const double> own, int components = 1) const;
-  [[nodiscard]] std::vector<std::int64_t> to_user(std::span<const std::int64_t> own) const;
+  [[nodiscard]] std::vector<std::int64_t> to_user(std::span<const std::int64_t> own, int components = 1) const;
   [[nodiscard]] std::vector<std::uint8_t> to_user(std::span<const std::uint8_t> own, int components = 1) const;
   [[nodiscard]] std::vector<double> from_user(std::span<const double> ordered) const;
   /// @}
   /// Rows in a file of global points, any rank's. @note Collective unless nothing moves.
   [[nodiscard]] std::vector<std::int64_t> rows_of(std::span<const PetscInt> global) const;
+  /// Of each of this rank's points the largest of the values, all >= 0, that any ranks have for it; 0 where there is
+  /// none. @param[in] global the point of each value @note Collective.
+  [[nodiscard]] std::vector<double> largest(std::span<const PetscInt> global, std::span<const double> values) const;
 
  private:
   template <class Value>

@@ -20,7 +20,7 @@ class Hdf5File;
 struct EnvelopeColumn {
   std::string name;                  ///< "moment_min"
   FieldInfo field;                   ///< what it is an extreme of
-  std::span<const double> values{};  ///< one for each point of this rank, or for each cell and what follows
+  std::span<const double> values{};  ///< one for each point, or cell, of this rank
 };
 
 /// @brief The file results.h5. Fields go from each rank straight to the disk; no rank ever holds a whole field.
@@ -73,16 +73,12 @@ class ResultsFile {
   /// @}
 
  private:
-  void append_field(const Field& field);
-  [[nodiscard]] std::vector<double> displacements(std::span<const double> coordinate) const;
+  void append_field(const FileField& field, const Field& shown);
   void flush_if_due();
 
   std::unique_ptr<Hdf5File> file_;
-  const MassPoints* points_;
-  std::shared_ptr<const PointOrder> order_;
-  NodeRange cells_;
-  bool upright_;
-  std::vector<FieldInfo> fields_;  ///< as snapshots have them
+  std::shared_ptr<const FileRows> rows_;
+  std::vector<FileField> fields_;
   int users_ = 0;
   PetscInt supports_ = 0;
   bool first_rank_ = false;

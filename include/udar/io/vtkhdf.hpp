@@ -16,9 +16,10 @@
 namespace udar::io {
 
 /// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line in its cells, the
-/// masses as points, the supports as lines or points. Points stand at their place, at height 0 if all of the structure
-/// move along y, a support at its height; the point data `displacement` [m] moves them to where they are, and every
-/// field that has rows is data of the points of its part, or of the cells of the line.
+/// masses as points, the supports as lines or points, of a structure in space as outlines of what they cover. Points
+/// stand at their place, at height 0 if all of the structure move along y, a support at its height; the point data
+/// `displacement` [m] moves them to where they are, and every field that has rows is data of the points of its part, or
+/// of the cells of the line. Of members there are `radius` [m], of points and of cells, and the number `member`.
 ///
 /// All fields are virtual datasets: HDF5 takes them from results.h5 in the same folder.
 /// For the VTKHDF readers of VTK 9.3, ParaView 5.12 and later; earlier ones show the first row.
@@ -36,6 +37,8 @@ class VtkHdfFile {
   void write(std::span<const double> times) const;
 
  private:
+  void place_supports(const RunLayout& layout, const Region& around);
+
   MPI_Comm comm_;
   std::string path_;
   std::string results_;
@@ -43,8 +46,9 @@ class VtkHdfFile {
   PetscInt cells_;
   Topology::Shape shape_;
   bool upright_;
+  bool tubes_;
   std::array<std::string, 3> axes_;  ///< datasets of places along x, y, z; empty: zeros
-  std::vector<FieldInfo> fields_;
+  std::vector<FileField> fields_;
   std::vector<std::int64_t> support_sizes_;           ///< points of each
   std::vector<double> support_points_;                ///< x, y, z of all [m]
   std::vector<std::function<double(double)>> lifts_;  ///< of each support [m] at a time [s]; empty: it does not move

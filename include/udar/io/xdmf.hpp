@@ -17,7 +17,8 @@ class TextFile;
 
 /// @brief The file results.xdmf: for each row of the fields the line, with all other fields, first those of the line,
 /// then those of the masses. Points that move along y alone stand where the line is; else they stand at their places,
-/// with a vector `displacement`. The numbers stay in results.h5, of which it names the rows.
+/// with a vector `displacement`. Of members there are `radius`, of points and of cells, and `member`. The numbers stay
+/// in results.h5, of which it names the rows.
 /// For ParaView's "XDMF Reader"; its Xdmf3 readers do not read rows of datasets and show nothing.
 /// @note All calls are collective; rank 0 writes. The file is whole after each call.
 /// @see https://www.xdmf.org/index.php/XDMF_Model_and_Format
@@ -38,9 +39,10 @@ class XdmfFile {
   void append(double time);
 
  private:
-  [[nodiscard]] std::string row_of(const std::string& source, const FieldInfo& field) const;
-  [[nodiscard]] std::string attribute(const std::string& name, const std::string& source, const FieldInfo& field) const;
-  [[nodiscard]] std::string geometry(const FieldInfo* height) const;
+  [[nodiscard]] std::string row_of(const FileField& field) const;
+  [[nodiscard]] std::string attribute(const std::string& name, const FileField& field) const;
+  [[nodiscard]] std::string members() const;
+  [[nodiscard]] std::string geometry(const FileField* height) const;
 
   std::unique_ptr<TextFile> file_;
   std::string results_;
@@ -48,8 +50,8 @@ class XdmfFile {
   PetscInt nodes_;
   PetscInt cells_;
   Topology::Shape shape_;
-  bool upright_;
-  std::vector<FieldInfo> fields_;  ///< those that have rows
+  bool tubes_;
+  std::vector<FileField> fields_;  ///< those that have rows
   PetscInt rows_ = 0;
 };
 

@@ -54,14 +54,25 @@ struct Field : FieldInfo {
 /// @brief The field of that name. @throws std::out_of_range naming it if there is none
 [[nodiscard]] const Field& find_field(std::span<const Field> fields, std::string_view name);
 
-/// @brief How the points of a structure hang together, for pictures of it and for fields between the points: cells of
-/// one shape, each rank's behind those of the rank before.
+/// @brief How the points of a structure hang together, for files and pictures of it and for fields between the points:
+/// cells of one shape between nodes, of both each rank's behind those of the rank before.
+///
+/// A node is a point by itself, or several of one rank that stand at one place and move along axes of their own: files
+/// have one vector for their numbers.
 struct Topology {
   enum class Shape : std::uint8_t { vertex, line, triangle, quadrilateral, tetrahedron, hexahedron };
 
   std::string_view name = "beam";
   Shape shape = Shape::line;
-  std::vector<PetscInt> corners;  ///< global points of this rank's cells, one cell behind the other, in VTK's order
+  std::vector<PetscInt> corners;  ///< global nodes of this rank's cells, one cell behind the other, in VTK's order
+  /// @name Of this rank, each empty where there is no more to say
+  /// @{
+  std::vector<std::size_t> node{};          ///< of each point, of this rank's; empty: each point is a node
+  std::vector<std::int64_t> node_number{};  ///< of each of these in the user's model
+  std::vector<std::int64_t> cell_number{};  ///< of each cell in the user's model; empty: as they stand
+  std::vector<std::int64_t> member{};       ///< which part of the user's model each cell is a piece of
+  std::vector<double> radius{};             ///< of the tube that each cell is in pictures [m]
+  /// @}
 
   /// Corners of one cell.
   [[nodiscard]] static constexpr PetscInt corners_of(Shape shape) {

@@ -28,8 +28,9 @@ struct MemberSection {
   std::array<double, 2> shear_factor{};  ///< k of k G A along y and z, Timoshenko; 0: no shear strain
   double radius = 0.0;                   ///< for pictures [m]; 0: that of a circle of this area
 
-  [[nodiscard]] double mass_per_length() const noexcept { return density * area; }                      ///< [kg/m]
-  [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }                         ///< EA [N]
+  [[nodiscard]] double tube_radius() const;                                         ///< of the tube in pictures [m]
+  [[nodiscard]] double mass_per_length() const noexcept { return density * area; }  ///< [kg/m]
+  [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }     ///< EA [N]
   [[nodiscard]] double bending(std::size_t plane) const { return youngs_modulus * inertia.at(plane); }  ///< [N m^2]
   [[nodiscard]] double torsion() const noexcept { return shear_modulus * torsion_constant; }            ///< GJ [N m^2]
   /// 1 / (k G A) [1/N].
@@ -141,7 +142,7 @@ class Network final : public Structure {
   /// is held has a row and a column of the identity, times the stiffness of the members there. On first demand.
   /// @note Collective.
   [[nodiscard]] Mat stiffness() const override;
-  [[nodiscard]] Topology topology() const override;  ///< of the nodes' points along y: a line for each element
+  [[nodiscard]] Topology topology() const override;  ///< a line for each element
   [[nodiscard]] PetscInt rigid_modes() const override { return 6 * static_cast<PetscInt>(connected_parts_); }
   [[nodiscard]] bool grounded() const override;
   void describe(Description& all) const override;

@@ -73,7 +73,8 @@ class Run:
     impacts: dict
     rests: dict
     finished: bool
-    along_line: bool         # a beam: its points follow each other along x; not so imported ones and networks
+    structure: str           # beam, network, or points of imported matrices
+    gauge_names: list        # of junctions; empty where a gauge has a place alone
     contact: "Contact" = None
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     cells: np.ndarray = None   # rows of /x at the corners of the line's cells
@@ -81,6 +82,14 @@ class Run:
     instants: np.ndarray = None  # times of the rows below; None when not asked for
     line_rows: np.ndarray = None
     mass_rows: np.ndarray = None
+
+    @property
+    def along_line(self):
+        """Points follow each other along x."""
+        return self.structure == "beam"
+
+    def gauge_place(self, gauge):
+        return self.gauge_names[gauge] or f"x = {with_unit(self.x[self.gauge_node[gauge]], 'm')}"
 
     @property
     def begin(self):
@@ -199,15 +208,21 @@ def read_records(file, folder, name, columns, finished):
     return read_csv(csv, [column if column != "release" else "event" for column in columns])
 
 
+def read_gauge_names(options, gauges):
+    """Those at junctions come last."""
+    names = [name.strip() for name in options.get("gauge_junction", "").split(",") if name.strip()]
+    return ([""] * gauges + names)[-gauges:] if gauges else []
+
+
 def read_supports(file, x):
     columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
     ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
     supports = []
     for number, (position, width, height, side) in enumerate(zip(*columns)):
         low, high = position - width / 2, position + width / 2
-        is_floor = not np.isfinite([low, high]).all() or (low <= x[0] and high >= x[-1])
+        is_floor = not np.isfinite([low, high]).all() or (low <= x.min() and high >= x.max())
         if is_floor:
-            low, high, position = x[0], x[-1], (x[0] + x[-1]) / 2
+            low, high, position = x.min(), x.max(), (x.min() + x.max()) / 2
         where = (" below" if side > 0 else " above") if min(columns[3]) < 0 else ""
         name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
         outline = np.array([low, high] if high > low else [position])
@@ -296,6 +311,7 @@ def read_run(folder, with_fields):
             finished = bool(summary)
             options = read_options(file)
             by_modes = options.get("ts_type") == "modal" and "filter_frequency" not in file.attrs
+            gauge_node = np.atleast_1d(file["gauge_node"][()]).astype(int)
             run = Run(
                 folder=folder,
                 options=options,
@@ -303,13 +319,14 @@ def read_run(folder, with_fields):
                 filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
                 elements=int(np.ravel(file.attrs["elements"])[0]),
                 x=x,
-                gauge_node=np.atleast_1d(file["gauge_node"][()]).astype(int),
+                gauge_node=gauge_node,
                 supports=read_supports(file, x),
                 gauges={}, energy={},
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
                 finished=finished and bool(summary.get("completed", True)),
-                along_line=bool(file.attrs["elements"]) and "direction" not in file)
+                structure=text_of(file, "structure", "beam"),
+                gauge_names=read_gauge_names(options, len(gauge_node)))
             numbers = file["node"][()] if "node" in file else np.arange(len(x))
             if not np.isin(run.gauge_node, numbers).all():
                 raise UserError(f"{path}: /gauge_node names a node that /x does not have")

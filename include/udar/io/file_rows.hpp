@@ -1,0 +1,75 @@
+#pragma once
+/// @file
+/// What the rows of a run's files are: nodes and cells in the user's numbering, and how values of points become theirs.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "udar/io/point_order.hpp"
+#include "udar/structure/field.hpp"
+#include "udar/structure/mass_points.hpp"
+
+namespace udar::io {
+
+/// @brief A field as files have it.
+struct FileField : FieldInfo {
+  /// How its values follow from those of a snapshot's field: they are these; sums over a node's points of axis times
+  /// value; the same of how far they are from their places; whether there is any at a node.
+  enum class Form : std::uint8_t { given, vectors, displacement, any };
+
+  std::size_t source = 0;  ///< which of the snapshot's fields
+  Form form = Form::given;
+
+  /// Where its rows stand in results.h5.
+  [[nodiscard]] std::string path() const { return "/fields/" + std::string{name}; }
+};
+
+/// @brief From this rank's points and cells to rows of the files.
+///
+/// A node has a row. Where it is one point, so have the numbers of the point; of several that move along axes of their
+/// own files have what they are together: vectors in global axes.
+class FileRows {
+ public:
+  /// @param points borrowed; must outlive it @note Collective.
+  FileRows(const MassPoints& points, const Topology& topology);
+
+  [[nodiscard]] const PointOrder& nodes() const noexcept { return nodes_; }
+  [[nodiscard]] const PointOrder& cells() const noexcept { return cells_; }
+  [[nodiscard]] const PointOrder& order_of(Where where) const noexcept {
+    return where == Where::points ? nodes_ : cells_;
+  }
+  /// All points move along y: their positions are heights.
+  [[nodiscard]] bool upright() const noexcept { return upright_; }
+  /// Some node has several points.
+  [[nodiscard]] bool grouped() const noexcept { return !node_.empty(); }
+  /// One of the points of each of this rank's nodes.
+  [[nodiscard]] const std::vector<std::size_t>& a_point() const noexcept { return a_point_; }
+  /// Node of a local point.
+  [[nodiscard]] std::size_t node(std::size_t point) const { return grouped() ? node_[point] : point; }
+  /// Number of a local point's node in the user's model.
+  [[nodiscard]] std::int64_t number(std::size_t point) const {
+    return grouped() ? number_[node_[point]] : points_->number(point);
+  }
+  /// @brief What files have over time of a snapshot's fields. Of points that do not all move along y they have
+  /// displacements, vectors [m]; of nodes of several points these in place of positions.
+  [[nodiscard]] std::vector<FileField> fields(std::span<const FieldInfo> shown) const;
+  /// @name Values of such a field at this rank's nodes or cells @note Not collective.
+  /// @{
+  [[nodiscard]] std::vector<double> numbers(const FileField& field, std::span<const double> shown) const;
+  [[nodiscard]] std::vector<std::uint8_t> flags(const FileField& field, std::span<const std::uint8_t> shown) const;
+  /// @}
+
+ private:
+  const MassPoints* points_;
+  std::vector<std::size_t> node_;     ///< of each point; empty: each is one
+  std::vector<std::int64_t> number_;  ///< of each node if grouped
+  std::vector<std::size_t> a_point_;
+  bool upright_ = true;
+  PointOrder nodes_;
+  PointOrder cells_;
+};
+
+}  // namespace udar::io

@@ -1,0 +1,108 @@
+#include "udar/io/file_rows.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace udar::io {
+namespace {
+
+constexpr std::size_t kVector = 3;  // components
+
+/// One of the points of each node.
+std::vector<std::size_t> points_of_nodes(const MassPoints& points, const Topology& topology) {
+  std::vector<std::size_t> chosen(topology.node.empty() ? points.points() : topology.node_number.size());
+  if (topology.node.empty()) {
+    std::iota(chosen.begin(), chosen.end(), std::size_t{0});
+  }
+  for (std::size_t point = topology.node.size(); point-- > 0;) {  // the first stays
+    chosen[topology.node[point]] = point;
+  }
+  return chosen;
+}
+
+bool all_upright(const MassPoints& points) {
+  int all = 1;
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    all &= points.direction(point) == Direction::y ? 1 : 0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_LAND, points.comm());
+  return all != 0;
+}
+
+PointOrder order_of_nodes(const MassPoints& points, const Topology& topology) {
+  if (topology.node.empty()) {
+    return PointOrder{points};
+  }
+  const NodeRange range = range_of(points.comm(), static_cast<PetscInt>(topology.node_number.size()));
+  return {points.comm(), range, topology.node_number};
+}
+
+}  // namespace
+
+FileRows::FileRows(const MassPoints& points, const Topology& topology)
+    : points_{&points},
+      node_{topology.node},
+      number_{topology.node_number},
+      a_point_{points_of_nodes(points, topology)},
+      upright_{all_upright(points)},
+      nodes_{order_of_nodes(points, topology)},
+      cells_{points.comm(), topology} {}
+
+std::vector<FileField> FileRows::fields(std::span<const FieldInfo> shown) const {
+  using Form = FileField::Form;
+  std::vector<FileField> all;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    FileField field{shown[i], i};
+    if (!field.rows) {
+      continue;
+    }
+    if (field.position && !upright_) {
+      FileField moved = field;
+      moved.name = field.body == Body::line ? "displacement_of_line" : "displacement_of_masses";
+      moved.components = static_cast<int>(kVector);
+      moved.position = false;
+      moved.form = Form::displacement;
+      all.push_back(moved);
+    }
+    if (grouped() && field.where == Where::points) {
+      field.form = field.flag ? Form::any : Form::vectors;
+      field.components = field.flag ? 1 : static_cast<int>(kVector);
+    }
+    if (field.form != Form::vectors || !field.position) {
+      all.push_back(field);
+    }
+  }
+  return all;
+}
+
+std::vector<double> FileRows::numbers(const FileField& field, std::span<const double> shown) const {
+  if (field.form == FileField::Form::given) {
+    const auto places = static_cast<std::size_t>(order_of(field.where).range().count());
+    const auto own = shown.first(places * static_cast<std::size_t>(field.components));
+    return {own.begin(), own.end()};
+  }
+  const bool moved = field.form == FileField::Form::displacement;
+  std::vector<double> vectors(kVector * a_point_.size(), 0.0);
+  for (std::size_t point = 0; point < points_->points(); ++point) {
+    const Place axis = points_->axis(point);
+    const double value = shown[point] - (moved ? points_->reference(point) : 0.0);
+    double* vector = &vectors[kVector * node(point)];
+    vector[0] += axis.x * value;
+    vector[1] += axis.y * value;
+    vector[2] += axis.z * value;
+  }
+  return vectors;
+}
+
+std::vector<std::uint8_t> FileRows::flags(const FileField& field, std::span<const std::uint8_t> shown) const {
+  if (field.form == FileField::Form::given) {
+    return {shown.begin(), shown.end()};
+  }
+  std::vector<std::uint8_t> any(a_point_.size(), 0);
+  for (std::size_t point = 0; point < points_->points(); ++point) {
+    any[node(point)] |= shown[point];
+  }
+  return any;
+}
+
+}  // namespace udar::io
