@@ -15,7 +15,8 @@ namespace udar::app {
 CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
                                    std::span<const std::unique_ptr<Observer>> others)
     : dynamics_{&dynamics},
-      order_{structure.points()},
+      points_{structure.points()},
+      cells_{structure.points().comm(), structure.topology()},
       path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
       interval_{input.restart.interval},
       parameters_{describe(input, structure).parameters()} {
@@ -37,7 +38,7 @@ void CheckpointWriter::step(const Progress& progress) {
 void CheckpointWriter::write() const {
   MotionState state = dynamics_->save();
   state.parameters = parameters_;
-  io::write_checkpoint(order_, path_, state);
+  io::write_checkpoint(points_, path_, state, &cells_);
 }
 
 /// The least multiple of the interval above `time`, or `time` itself if their distance is below its last digit.
@@ -52,11 +53,12 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure
       throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
     }
   };
-  const io::PointOrder order{structure.points()};
-  MotionState state = io::read_checkpoint(order, input.restart.file, accept);
+  const io::PointOrder points{structure.points()};
+  const io::PointOrder cells{points.comm(), structure.topology()};
+  MotionState state = io::read_checkpoint(points, input.restart.file, accept, &cells);
   if (!dynamics.goes_on_from(state.integrator)) {
     UDAR_CALL(
-        PetscPrintf(order.comm(),
+        PetscPrintf(points.comm(),
                     "udar: '%s' was written by -ts_type %s: %s takes over masses and contact, and begins anew with "
                     "what it keeps of its own\n",
                     input.restart.file.c_str(), state.integrator.c_str(), dynamics.integrator().c_str()));

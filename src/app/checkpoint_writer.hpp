@@ -33,7 +33,8 @@ class CheckpointWriter final : public Observer {
   void set_next(double time);
 
   const ImpactDynamics* dynamics_;
-  io::PointOrder order_;
+  io::PointOrder points_;
+  io::PointOrder cells_;
   std::string path_;
   double interval_;
   double next_ = 0.0;

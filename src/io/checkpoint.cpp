@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <system_error>
 
 #include "io/file_checksum.hpp"
@@ -20,7 +21,9 @@ namespace {
 
 constexpr const char* kFormat = "udar checkpoint";
 constexpr const char* kParameters = "/parameters";
-constexpr std::int64_t kFormatVersion = 3;
+constexpr const char* kOfPoints = "/node_fields";
+constexpr const char* kOfCells = "/cell_fields";
+constexpr std::int64_t kFormatVersion = 4;
 
 /// Sum over all nodes, modulo 2^64, of the bits of each value times an odd number of its node: the same on any number
 /// of ranks, and different if a value, or the place of one, is.
@@ -59,12 +62,35 @@ int replace(const std::string& finished, const std::string& path) {
   return sync_path(folder.empty() ? "." : folder);
 }
 
-void write_content(Hdf5File& file, const PointOrder& order, const MotionState& state) {
-  const NodeRange& nodes = order.range();
+using Fields = std::map<std::string, std::vector<double>>;
+
+void write_fields(Hdf5File& file, const char* group, const PointOrder& order, const Fields& fields) {
+  file.add_group(group);
+  file.reserve(fields.size() * static_cast<std::uint64_t>(order.range().total) * sizeof(double));
+  for (const auto& [name, own] : fields) {
+    const std::string path = std::string{group} + "/" + name;
+    const std::vector<double> values = order.to_user(own);
+    file.add_node_values(path, order.range(), values);
+    file.add_attribute(path, "checksum", checksum(order.comm(), order.range(), values));
+  }
+}
+
+Fields read_fields(Hdf5File& file, const char* group, const PointOrder& order) {
+  Fields fields;
+  for (const std::string& name : file.dataset_names(group)) {
+    const std::string path = std::string{group} + "/" + name;
+    const std::vector<double> values = file.read_node_values(path, order.range());
+    file.agree(checksum(order.comm(), order.range(), values) == file.read_uint(path, "checksum"), name + " is damaged");
+    fields.emplace(name, order.from_user(values));
+  }
+  return fields;
+}
+
+void write_content(Hdf5File& file, const PointOrder& points, const PointOrder* cells, const MotionState& state) {
   file.add_attribute("/", "format", std::string{kFormat});
   file.add_attribute("/", "format_version", kFormatVersion);
   file.add_attribute("/", "units", std::string{"SI: m, kg, s, N, J"});
-  file.add_attribute("/", "nodes", static_cast<std::int64_t>(nodes.total));
+  file.add_attribute("/", "nodes", static_cast<std::int64_t>(points.range().total));
   file.add_attribute("/", "integrator", state.integrator);
   file.add_group(kParameters);
   for (const auto& [name, value] : state.parameters) {
@@ -78,27 +104,24 @@ void write_content(Hdf5File& file, const PointOrder& order, const MotionState& s
   for (const auto& [name, values] : state.tables) {
     file.add_small("/tables/" + name, values);
   }
-  file.add_group("/node_fields");
-  file.reserve(state.fields.size() * static_cast<std::uint64_t>(nodes.total) * sizeof(double));
-  for (const auto& [name, own] : state.fields) {
-    const std::string path = "/node_fields/" + name;
-    const std::vector<double> values = order.to_user(own);
-    file.add_node_values(path, nodes, values);
-    file.add_attribute(path, "checksum", checksum(order.comm(), nodes, values));
+  write_fields(file, kOfPoints, points, state.fields);
+  if (cells != nullptr) {
+    write_fields(file, kOfCells, *cells, state.cells);
   }
   file.close();
 }
 
 }  // namespace
 
-void write_checkpoint(const PointOrder& order, const std::string& path, const MotionState& state) {
-  const MPI_Comm comm = order.comm();
+void write_checkpoint(const PointOrder& points, const std::string& path, const MotionState& state,
+                      const PointOrder* cells) {
+  const MPI_Comm comm = points.comm();
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   const std::string unfinished = path + ".tmp";
   try {
     Hdf5File file{comm, unfinished, Hdf5File::Access::create};
-    write_content(file, order, state);
+    write_content(file, points, cells, state);
     const std::string failure = append_checksum(comm, unfinished);
     throw_together<FileError>(comm, failure.empty() ? "" : cannot_write(unfinished, failure));
   } catch (const FileError&) {
@@ -111,10 +134,10 @@ void write_checkpoint(const PointOrder& order, const std::string& path, const Mo
   throw_together<FileError>(comm, error != 0 ? cannot_write(path, std::generic_category().message(error)) : "");
 }
 
-MotionState read_checkpoint(const PointOrder& order, const std::string& path,
-                            const std::function<void(std::span<const Parameter>)>& accept) {
-  const MPI_Comm comm = order.comm();
-  const NodeRange& nodes = order.range();
+MotionState read_checkpoint(const PointOrder& points, const std::string& path,
+                            const std::function<void(std::span<const Parameter>)>& accept, const PointOrder* cells) {
+  const MPI_Comm comm = points.comm();
+  const NodeRange& nodes = points.range();
   const std::string failure = checksum_failure(comm, path);
   throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
   Hdf5File file{comm, path, Hdf5File::Access::read, "restart file"};
@@ -141,11 +164,9 @@ MotionState read_checkpoint(const PointOrder& order, const std::string& path,
   for (const std::string& name : file.dataset_names("/tables")) {
     state.tables[name] = file.read_small("/tables/" + name);
   }
-  for (const std::string& name : file.dataset_names("/node_fields")) {
-    const std::string field = "/node_fields/" + name;
-    const std::vector<double> values = file.read_node_values(field, nodes);
-    file.agree(checksum(comm, nodes, values) == file.read_uint(field, "checksum"), name + " is damaged");
-    state.fields.emplace(name, order.from_user(values));
+  state.fields = read_fields(file, kOfPoints, points);
+  if (cells != nullptr) {
+    state.cells = read_fields(file, kOfCells, *cells);
   }
   file.close();
   return state;

@@ -1,4 +1,5 @@
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -37,7 +38,7 @@ struct Extremes {
   }
 
   void widen(double now, std::span<const double> values) {
-    for (std::size_t i = 0; i < values.size(); ++i) {
+    for (std::size_t i = 0; i < value[0].size(); ++i) {
       if (values[i] < value[0][i]) {
         value[0][i] = values[i];
         time[0][i] = now;
@@ -55,7 +56,7 @@ struct Extremes {
   }
 };
 
-/// The extremes of all snapshots, kept by the rank that has the node.
+/// The extremes of all snapshots, kept by the rank that has the point or the cell.
 class EnvelopeWriter final : public Observer {
  public:
   EnvelopeWriter(const RunLayout& layout, std::string path, const std::shared_ptr<ResultsFile>& results,
@@ -74,8 +75,11 @@ class EnvelopeWriter final : public Observer {
       x_[i] = layout.points->place(i).x;
     }
     for (std::size_t i = 0; i < layout.fields.size(); ++i) {
-      if (layout.fields[i].extremes) {
-        extremes_.emplace_back(layout.fields[i], i, x_.size());
+      const FieldInfo& field = layout.fields[i];
+      if (field.extremes) {
+        const bool in_cells = field.where == Where::cells;
+        assert(in_cells || !layout.rows->grouped());  // least and largest are of numbers, not of vectors
+        extremes_.emplace_back(field, i, in_cells ? static_cast<std::size_t>(layout.cells().count()) : x_.size());
       }
     }
   }
@@ -90,17 +94,19 @@ class EnvelopeWriter final : public Observer {
 
   void save(MotionState& state) const override {
     for (const Extremes& extremes : extremes_) {
+      auto& fields = extremes.field.where == Where::points ? state.fields : state.cells;
       for (const std::size_t side : {0U, 1U}) {
-        state.fields[extremes.name(side)] = extremes.value[side];
-        state.fields[extremes.name(side) + "_time"] = extremes.time[side];
+        fields[extremes.name(side)] = extremes.value[side];
+        fields[extremes.name(side) + "_time"] = extremes.time[side];
       }
     }
   }
   void restore(const MotionState& state) override {
     for (Extremes& extremes : extremes_) {
       for (const std::size_t side : {0U, 1U}) {
-        extremes.value[side] = state.field(extremes.name(side), x_.size());
-        extremes.time[side] = state.field(extremes.name(side) + "_time", x_.size());
+        const std::size_t places = extremes.value[side].size();
+        extremes.value[side] = state.field(extremes.name(side), places, extremes.field.where);
+        extremes.time[side] = state.field(extremes.name(side) + "_time", places, extremes.field.where);
       }
     }
   }
@@ -108,11 +114,8 @@ class EnvelopeWriter final : public Observer {
   void finish() override {
     std::vector<EnvelopeColumn> columns;
     for (const Extremes& extremes : extremes_) {
-      const auto places = static_cast<std::size_t>(rows_->order_of(extremes.field.where).range().count());
       for (const std::size_t side : {0U, 1U}) {
-        columns.push_back({.name = extremes.name(side),
-                           .field = extremes.field,
-                           .values = std::span{extremes.value[side]}.first(places)});
+        columns.push_back({.name = extremes.name(side), .field = extremes.field, .values = extremes.value[side]});
       }
     }
     std::vector<std::vector<double>> scaled;

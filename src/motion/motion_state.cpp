@@ -4,9 +4,10 @@
 
 namespace udar {
 
-const std::vector<double>& MotionState::field(const std::string& name, std::size_t size) const {
-  const auto found = fields.find(name);
-  if (found == fields.end() || found->second.size() != size) {
+const std::vector<double>& MotionState::field(const std::string& name, std::size_t size, Where where) const {
+  const auto& all = where == Where::points ? fields : cells;
+  const auto found = all.find(name);
+  if (found == all.end() || found->second.size() != size) {
     throw InputError{"restart file: the field '" + name + "' is missing or has another size"};
   }
   return found->second;

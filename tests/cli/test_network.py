@@ -9,7 +9,7 @@ import unittest
 
 import numpy as np
 
-from common import UdarTest, datasets, run
+from common import STOPPED_BY_STEPS, UdarTest, datasets, run
 
 # A portal of two posts and a beam whose middle carries a mass, and a strut that is hinged at one end.
 FRAME = """\
@@ -43,6 +43,7 @@ groups:
   - {name: posts, section: post, orientation: [0, 0, 1]}
   - {name: beams, section: beam}
 """
+STEPS = 12  # of the fall in `Output`, some of them after the landing
 RUN = {"structure_type": "network", "filter_frequency": 200, "ts_max_time": 0.02, "output_interval": 0.002,
        "gravity": 9.81, "initial_height": 0, "support_position": 2, "support_height": 2.99}
 
@@ -378,6 +379,21 @@ class Output(NetworkTest):
         for x, y, radius in ((0, 3, 0.1), (2, 3, beam), (0, 0, 0.1)):
             at = np.flatnonzero((one["x"] == x) & (one["y"] == y))
             np.testing.assert_allclose(one["radius"][at], [radius], rtol=1e-15)
+
+    def test_envelopes_go_on_over_a_restart_on_other_ranks(self):
+        whole = self.fall(1, name="whole")
+        part = self.fall(1, name="part", code=STOPPED_BY_STEPS, ts_max_steps=STEPS)
+        rest = self.fall(2, name="rest", restart_file=part.file("restart.h5"))
+        expected, before, found = (datasets(run.file("results.h5")) for run in (whole, part, rest))
+        kept = 0
+        for name in (name for name in expected if name.startswith("envelope/")):
+            size = np.abs(expected[name]).max()
+            if size < 1.0:
+                self.assertRegex(name, "shear_z|torque|moment_y", "across a plane frame")
+                continue
+            kept += int((np.abs(before[name] - expected[name]) < 1e-9 * size).sum())
+            self.assertLess(np.abs(found[name] - expected[name]).max(), 1e-8 * size, name)
+        self.assertGreater(kept, 20, "extremes of the first run")
 
 
 if __name__ == "__main__":

@@ -137,6 +137,29 @@ TEST(Checkpoint, KeepsPointsInTheUsersOrder) {
   }
 }
 
+/// Cells are dealt out otherwise than points.
+TEST(Checkpoint, KeepsCellsInTheUsersOrder) {
+  const TemporaryFolder folder;
+  constexpr PetscInt kCells = 23;
+  const NodeRange held = part_of_this_rank(kCells);
+  std::vector<std::int64_t> number;
+  MotionState written = checkpoint_of(part_of_this_rank(7));
+  for (PetscInt i = held.begin; i < held.end; ++i) {
+    number.push_back(10 * i % kCells);
+    written.cells["force_max"].push_back(static_cast<double>(number.back()));
+  }
+  const PointOrder points{PETSC_COMM_WORLD, part_of_this_rank(7)};
+  const PointOrder cells{PETSC_COMM_WORLD, held, number};
+  write_checkpoint(points, folder / "restart.h5", written, &cells);
+  EXPECT_EQ(read_checkpoint(points, folder / "restart.h5", {}, &cells).cells, written.cells);
+  const PointOrder as_they_stand{PETSC_COMM_WORLD, held};
+  const MotionState plain = read_checkpoint(points, folder / "restart.h5", {}, &as_they_stand);
+  expect_same(plain, written);
+  for (PetscInt i = held.begin; i < held.end; ++i) {
+    EXPECT_EQ(plain.cells.at("force_max")[static_cast<std::size_t>(i - held.begin)], static_cast<double>(i));
+  }
+}
+
 TEST(Checkpoint, OfAnotherCaseIsRefusedBeforeItsNodesAreCounted) {
   const TemporaryFolder folder;
   write_checkpoint({PETSC_COMM_WORLD, part_of_this_rank(10)}, folder / "restart.h5",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/structure/description.hpp"
+#include "udar/structure/field.hpp"
 
 namespace udar {
 
@@ -15,13 +16,15 @@ namespace udar {
 /// it means.
 struct MotionState {
   std::map<std::string, std::vector<double>> fields;  ///< one value per local node, flags included
+  std::map<std::string, std::vector<double>> cells;   ///< one value per local cell of the structure
   std::map<std::string, double> scalars;              ///< equal on every rank
   std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
   std::vector<Parameter> parameters;                  ///< what the motion is one of: tells a restart with another case
   std::string integrator{};                           ///< `-ts_type` of who wrote it; empty: not known
 
   /// @throws InputError naming -restart_file if it is missing or, for a field, not of `size`
-  [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size) const;
+  [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size,
+                                                 Where where = Where::points) const;
   [[nodiscard]] double scalar(const std::string& name) const;
 };
 
