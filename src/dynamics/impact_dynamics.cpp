@@ -175,9 +175,10 @@ std::vector<Field> ImpactDynamics::fields_of(const Row& row) const {
                          {kMotionFields[1], Numbers{row.masses.velocity}},
                          {kMotionFields[2], Numbers{row.line_position}}};
   Numbers values = row.internal;
-  for (const FieldInfo& field : model_->line.filter_operator().internal_fields()) {
-    all.push_back({field, values.first(count())});
-    values = values.subspan(count());
+  const FilterOperator& filter = model_->line.filter_operator();
+  for (const FieldInfo& field : filter.internal_fields()) {
+    all.push_back({field, values.first(filter.internal_places())});
+    values = values.subspan(filter.internal_places());
   }
   all.push_back({kRestingField, std::span<const std::uint8_t>{row.resting}});
   return all;
@@ -223,7 +224,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true);
   row_line_solves_ += model_->line.solves() - solves;
   const FilterOperator& filter = model_->line.filter_operator();
-  row.internal.resize(filter.internal_fields().size() * count());
+  row.internal.resize(filter.internal_fields().size() * filter.internal_places());
   filter.internal_values(row.line.moment, row.internal);
   row.support_impulse.assign(contact_.support_impulses().size(), 0.0);  // within the step
   if (!step.add_impulses(time, row.support_impulse)) {

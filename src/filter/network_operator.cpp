@@ -158,8 +158,16 @@ std::span<const FieldInfo> NetworkOperator::internal_fields() const {
   return kFields;
 }
 
+std::size_t NetworkOperator::internal_places() const {
+  std::size_t elements = 0;  // as many as there are members, or more, where they are short and many meet
+  for (const MemberPack& pack : network_->packs()) {
+    elements += pack.lanes * network_->kinds()[pack.kind].elements;
+  }
+  return std::max(mass().size(), elements);
+}
+
 void NetworkOperator::internal_values(std::span<const double> internal, std::span<double> values) const {
-  const std::size_t points = mass().size();
+  const std::size_t places = internal_places();
   std::size_t cell = 0;
   visit_elements(internal, [&](const Axes& axes, const FrameElement& element, const std::array<double, 12>& /*motion*/,
                                std::array<double, 12> force) {
@@ -168,11 +176,11 @@ void NetworkOperator::internal_values(std::span<const double> internal, std::spa
     const double* first = force.data() + 3;
     const double* last = force.data() + 9;
     values[cell] = component(axes[0], force.data() + 6);
-    values[points + cell] = component(axes[1], force.data() + 6);
-    values[2 * points + cell] = component(axes[2], force.data() + 6);
-    values[3 * points + cell] = component(axes[0], last);
-    values[4 * points + cell] = larger(-component(axes[1], first), component(axes[1], last));
-    values[5 * points + cell] = larger(-component(axes[2], first), component(axes[2], last));
+    values[places + cell] = component(axes[1], force.data() + 6);
+    values[2 * places + cell] = component(axes[2], force.data() + 6);
+    values[3 * places + cell] = component(axes[0], last);
+    values[4 * places + cell] = larger(-component(axes[1], first), component(axes[1], last));
+    values[5 * places + cell] = larger(-component(axes[2], first), component(axes[2], last));
     ++cell;
   });
 }

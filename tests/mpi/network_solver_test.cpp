@@ -378,5 +378,53 @@ TEST(NetworkSolver, GivesTheForcesOfMembers) {
   }
 }
 
+/// Eight junctions, each joined with each by one element: more elements than points.
+TEST(NetworkSolver, ForcesOfManyShortMembersAreInEquilibrium) {
+  constexpr std::size_t kJunctions = 8;
+  NetworkParameters given{.sections = {steel_section()}, .junctions = {}, .members = {}};
+  for (std::size_t i = 0; i < kJunctions; ++i) {
+    const auto t = static_cast<double>(i);
+    given.junctions.push_back(junction_at({.x = t, .y = t * t / 7.0, .z = t * t * t / 49.0}));  // no three in a line
+    for (std::size_t j = 0; j < i; ++j) {
+      given.members.push_back(member_between(j, i, 1));
+    }
+  }
+  const Network network{PETSC_COMM_SELF, given};
+  constexpr double kFrequency = 100.0;
+  FilteredStructure line{network, {.filter_frequency = kFrequency, .check_interval = 1}};
+  std::vector<double> force(3 * kJunctions);
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    force[i] = 1e4 * std::cos(3.0 * static_cast<double>(i));
+  }
+  const std::vector<double> still(force.size(), 0.0);
+  std::vector<double> stretch(force.size());
+  std::vector<double> internal(2 * force.size());
+  line.solve(still, force, stretch, internal);
+  const FilterOperator& filter = line.filter_operator();
+  const std::size_t places = filter.internal_places();
+  ASSERT_EQ(places, given.members.size());
+  ASSERT_GT(places, force.size());
+  std::vector<double> values(filter.internal_fields().size() * places);
+  filter.internal_values(internal, values);
+  std::vector<double> rest(force.size());  // of the forces, less what springs and members take
+  for (std::size_t point = 0; point < rest.size(); ++point) {
+    rest[point] = force[point] - kFrequency * kFrequency * network.points().mass()[point] * stretch[point];
+  }
+  for (std::size_t cell = 0; cell < places; ++cell) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      for (std::size_t end = 0; end < 2; ++end) {
+        const Network::Node node = network.junction_node(given.members[cell].ends.at(end).junction);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          rest[static_cast<std::size_t>(network.point(node, axis))] -=
+              (end == 0 ? -1.0 : 1.0) * network.axes(cell).at(k).at(axis) * values[k * places + cell];
+        }
+      }
+    }
+  }
+  for (const double left : rest) {
+    EXPECT_NEAR(left, 0.0, 1e-9 * 1e4);  // of sums of seven members' forces, shear of 6 EI w / h^2 by cancellation
+  }
+}
+
 }  // namespace
 }  // namespace udar

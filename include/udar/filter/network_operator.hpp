@@ -35,6 +35,7 @@ class NetworkOperator final : public AssembledOperator {
   /// Of each element in member axes: axial force, shear forces along y and z, torque, and of both ends the larger
   /// bending moment about y and about z.
   [[nodiscard]] std::span<const FieldInfo> internal_fields() const override;
+  [[nodiscard]] std::size_t internal_places() const override;
   void internal_values(std::span<const double> internal, std::span<double> values) const override;
   [[nodiscard]] double strain_energy(std::span<const double> displacement,
                                      std::span<const double> internal) const override;

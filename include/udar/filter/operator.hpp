@@ -97,7 +97,9 @@ class FilterOperator {
   virtual void internal_of(std::span<const double> displacement, std::span<double> internal) = 0;
   /// What snapshots show of them.
   [[nodiscard]] virtual std::span<const FieldInfo> internal_fields() const = 0;
-  /// @brief Values of these fields. @param[out] values as many as local points for each, field by field
+  /// How many numbers a field takes: local points, or cells if there are more.
+  [[nodiscard]] virtual std::size_t internal_places() const { return mass().size(); }
+  /// @brief Values of these fields. @param[out] values `internal_places` of each, field by field
   /// @note Collective: one message to each neighbour at most.
   virtual void internal_values(std::span<const double> internal, std::span<double> values) const = 0;
   /// @brief Elastic energy [J], this rank's share. @param[in] displacement Yc minus the stress-free place [m], local
