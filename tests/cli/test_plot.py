@@ -4,6 +4,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -146,6 +147,53 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
         file["rests"] = np.array(rests, dtype=REST)
         file["energy"] = np.array([tuple(row) for row in energy], dtype=[(name, "f8") for name in ENERGY])
     return folder
+
+
+def write_network(folder, count=(3, 2, 2), elements=4, held=(), rows=9, gauges=("0 0 0", "2 1 1"), turn=0.3, **options):
+    """A lattice of 1 m that falls, turns, and hangs down by 1 cm in its middle: no physics, the right format."""
+    write_run(folder, gauges=(0.0,) * len(gauges), **options)
+    corner = {at: number for number, at in enumerate(np.ndindex(*count))}
+    place = [np.array(at, float) for at in corner]
+    cells, member = [], []
+    for at, number in corner.items():
+        for axis in range(3):
+            other = corner.get(tuple(np.add(at, np.eye(3, dtype=int)[axis])))
+            if other is None:
+                continue
+            path = [number, *range(len(place), len(place) + elements - 1), other]
+            place += [place[number] + (place[other] - place[number]) * i / elements for i in range(1, elements)]
+            member += [member[-1] + 1 if member else 0] * elements
+            cells += zip(path[:-1], path[1:])
+    place = np.array(place)
+    time = np.linspace(0.0, 3.0, rows)
+    middle = place.mean(axis=0)
+    moved = []
+    for at in time:
+        c, s = np.cos(turn * at), np.sin(turn * at)
+        sag = np.zeros_like(place)
+        sag[:, 1] = -0.01 * np.sin(np.pi * at / 3.0) * np.exp(-((place - middle)[:, 0])**2)
+        moved.append((place + sag - middle) @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + middle - place)
+        moved[-1][:, 1] -= 0.2 * at
+    with h5py.File(folder / "results.h5", "a") as file:
+        file.attrs.update({"structure": "network", "elements": len(cells),
+                           "options": file.attrs["options"] + "-gauge_junction " + ",".join(gauges) + "\n"})
+        for name in ("x", "cells", "gauge_node", "fields", "envelope"):
+            del file[name]
+        for axis, name in enumerate("xyz"):
+            file[name] = place[:, axis]
+        file["mass"], file["cells"], file["member"] = np.ones(len(place)), np.array(cells), np.array(member)
+        file["member_radius"], file["radius"] = np.full(len(cells), 0.02), np.full(len(place), 0.02)
+        file["gauge_node"] = [corner[tuple(map(int, name.split()))] for name in gauges]
+        file["fields/time"], file["fields/displacement_of_line"] = time, np.array(moved)
+        if held:
+            file["held"] = np.isin(np.arange(len(place)), held).astype(int)
+    return folder
+
+
+def drawn_lines(svg):
+    """How many lines there are of members, deformed and not, in each panel."""
+    groups = re.findall(r'<g id="((?:members|undeformed)[-0-9]*)">(.*?)</g>', svg, re.DOTALL)
+    return {name: group.count("<path") for name, group in groups}
 
 
 def close_to(picture, colour):
@@ -404,6 +452,65 @@ class OneRun(PlotTest):
             self.assertLess(file.stat().st_size, 3_000_000, file)
             if file.suffix == ".png":
                 self.picture(file)
+
+
+class Networks(PlotTest):
+    """Structure and deformation in space."""
+
+    def test_members_gauges_and_supports_are_drawn(self):
+        run = write_network(self.here / "run")  # 20 members
+        files, noted = self.draw(run)
+        self.assertEqual(noted, "")
+        self.assertEqual({pathlib.Path(name).stem for name in files},
+                         {"gauges", "energy", "contacts", "impulses", "forces", "structure", "deformation"})
+        structure = files["structure.svg"].read_text(encoding="utf-8")
+        for text in ("Network of 12 junctions and 20 members", "0: 0 0 0", "1: 2 1 1", "junction", "gauge", "support",
+                     "N = 80 elements"):
+            self.assertIn(text, structure)
+        self.assertNotIn("held", structure)
+        self.assertEqual(drawn_lines(structure), {"members": 80})
+        self.assertGreater(close_to(self.picture(files["structure.png"]), VERMILLION), 50, "gauges")
+        shape = files["deformation.svg"].read_text(encoding="utf-8")
+        self.assertEqual(drawn_lines(shape),
+                         {f"{name}-{panel}": 80 for name in ("members", "undeformed") for panel in range(4)})
+        # It falls by 0.6 m and turns by 0.9; 1 cm is what is drawn, less its mean.
+        self.assertIn("drawn 50 times as large", shape)
+        self.assertIn("from its motion as a whole", shape)
+        self.assertEqual(len(re.findall(r"t = [0-9.]+ m?s: up to [0-9.]+ mm", shape)), 4)
+        self.assertEqual(shape.count(", the largest"), 1)
+        self.picture(files["deformation.png"])
+        self.assertIn("gauge 1, 2 1 1", files["gauges.svg"].read_text(encoding="utf-8"))
+
+    def test_what_is_held_does_not_move_as_a_whole(self):
+        run = write_network(self.here / "run", held=(0, 3), turn=0.0, supports=())
+        files, _ = self.draw(run, "--format", "svg")
+        self.assertIn(">held<", files["structure.svg"].read_text(encoding="utf-8"))
+        shape = files["deformation.svg"].read_text(encoding="utf-8")
+        self.assertNotIn("motion as a whole", shape)
+        self.assertIn("up to 0.6 m", shape)
+        self.assertIn("in true size", shape)
+
+    def test_without_rows(self):
+        files, noted = self.draw(write_network(self.here / "run", rows=0), "--format", "png")
+        self.assertIn("structure.png", files)
+        self.assertNotIn("deformation.png", files)
+        self.assertIn("no rows of fields", noted)
+
+    def test_ten_thousand_members_are_readable_and_small(self):
+        run = write_network(self.here / "run", count=(15, 15, 16), elements=3, rows=3, gauges=())
+        files, _ = self.draw(run, "--dpi", "60")
+        self.assertIn("Network of 3600 junctions and 10095 members", files["structure.svg"].read_text(encoding="utf-8"))
+        for name in ("structure", "deformation"):
+            self.assertLess(files[f"{name}.svg"].stat().st_size, 1_500_000, name)
+            pixels = self.picture(files[f"{name}.png"])
+            white = (pixels[:, :, :3] > 0.98).all(axis=2).mean()
+            self.assertTrue(0.3 < white < 0.9, f"{name}: {white}")
+
+    def test_a_file_without_its_members_is_refused(self):
+        run = write_network(self.here / "run")
+        with h5py.File(run / "results.h5", "a") as file:
+            del file["member"]
+        self.assert_refused("results.h5", run)
 
 
 class UnfinishedRun(PlotTest):

@@ -1,8 +1,9 @@
 """udar-plot: pictures of one run of udar, or of several runs laid over each other.
 
 Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts, deflection,
-impulses, forces and envelope in RUN/plots; several runs give gauges, energy and contacts in ./plots. A study
-of udar-study gives its results against each axis, and work against precision, in DIR/plots.
+impulses, forces and envelope in RUN/plots, of a network structure and deformation in place of deflection and
+envelope; several runs give gauges, energy and contacts in ./plots. A study of udar-study gives its results against each
+axis, and work against precision, in DIR/plots.
 """
 import argparse
 import os
@@ -11,6 +12,7 @@ import sys
 
 from .figures import (draw_contacts, draw_deflection, draw_energy, draw_energy_of_several, draw_envelope, draw_forces,
                       draw_gauges, draw_impulses)
+from .networks import draw_deformation, draw_structure, read_network
 from .results import read_run
 from .studies import draw_study
 from .style import Pen
@@ -43,10 +45,10 @@ def dpi_number(text):
 def parse(arguments):
     parser = Parser(
         prog="udar-plot", description="Draws the results of one run of udar, or of several runs laid over each other.",
-        epilog="One run: gauges, energy, contacts, deflection, impulses, forces, envelope. Several runs: gauges, "
-               "energy, contacts. A folder of udar-study (also written: study DIR): its results against each axis, "
-               "work against precision. Prints the files written, one per line. Exit code 2: a run or an option is not "
-               "as it should be.")
+        epilog="One run: gauges, energy, contacts, deflection, impulses, forces, envelope; of a network structure and "
+               "deformation in place of deflection and envelope. Several runs: gauges, energy, contacts. A folder of "
+               "udar-study (also written: study DIR): its results against each axis, work against precision. Prints "
+               "the files written, one per line. Exit code 2: a run or an option is not as it should be.")
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
     parser.add_argument("--output", metavar="DIR",
                         help="where the pictures go (default: RUN/plots; for several runs ./plots)")
@@ -87,6 +89,7 @@ def main(arguments):
         return
     several = len(options.run) > 1
     runs = [read_run(folder, with_fields=not several) for folder in options.run]
+    network = read_network(runs[0]) if not several and runs[0].structure == "network" else None
     chosen = choose_gauges(runs[0], options.gauges)
     output = pathlib.Path(options.output or ("plots" if several else runs[0].folder / "plots"))
     output.mkdir(parents=True, exist_ok=True)
@@ -107,6 +110,8 @@ def main(arguments):
         line = runs[0].along_line
         if line:
             draw_deflection(pen, runs[0])
+        elif network is not None:
+            draw_network(pen, runs[0], network)
         else:
             note(f"{runs[0].folder} is no beam: no pictures along a line; results.vtkhdf has its shape")
         if runs[0].supports:
@@ -119,6 +124,14 @@ def main(arguments):
             draw_envelope(pen, runs[0])
         elif line:
             note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")
+
+
+def draw_network(pen, run, network):
+    draw_structure(pen, run, network)
+    if len(network.rows):
+        draw_deformation(pen, run, network)
+    else:
+        note(f"{run.folder} has no rows of fields: no picture of the deformation")
 
 
 def run():

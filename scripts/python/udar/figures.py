@@ -82,7 +82,7 @@ def draw_gauges(pen, runs, chosen):
         for level in sorted(heights):
             held = True
             axis.axhline(level, color=GREY, linewidth=1.0, linestyle="-", zorder=1.8)
-        where = f"gauge {gauge}, x = {with_unit(reference.x[node], 'm')}"
+        where = f"gauge {gauge}, {reference.gauge_place(gauge)}"
         under = [reference.supports[k] for k in reference.supports_of_node(node)]
         axis.set_title(where + place_of(under), loc="left", pad=3)
         name_axis(axis.yaxis, "y", "m")
