@@ -66,6 +66,7 @@ class Run:
     summary: dict    # summary.json; empty before the end
     elements: int    # 0: imported matrices
     x: np.ndarray
+    place: np.ndarray        # x, y, z of each
     gauge_node: np.ndarray
     supports: list
     gauges: dict     # columns of gauges.csv
@@ -303,6 +304,7 @@ def read_run(folder, with_fields):
                 filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
                 elements=int(np.ravel(file.attrs["elements"])[0]),
                 x=x,
+                place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
                 gauge_node=np.atleast_1d(file["gauge_node"][()]).astype(int),
                 supports=read_supports(file, x),
                 gauges={}, energy={},
