@@ -105,6 +105,16 @@ class Examples(UdarTest):
         written = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True).stdout
         self.assertEqual(written, (script.parent / "network.yaml").read_text())
 
+    def test_08_runs_of_an_upright_bar_are_drawn_over_each_other(self):
+        runs = [self.example("08-bar-on-wall", name=f"N{n}", filter_frequency=1e4, network_elements=n, ts_max_time=2e-3)
+                for n in (20, 30)]
+        for run in runs:
+            self.assertAlmostEqual(run.summary()["first_contact_time"], 1e-3, delta=1e-9)
+        drawn = subprocess.run([os.environ["UDAR_PLOT"], *(run.directory for run in runs), "--output", self.scratch],
+                               capture_output=True, text=True, check=True)
+        self.assertNotIn("Warning", drawn.stderr)
+        self.assertTrue((self.scratch / "gauges.png").exists())
+
 
 if __name__ == "__main__":
     unittest.main()
