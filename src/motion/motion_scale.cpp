@@ -193,7 +193,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
 
   // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
   constexpr double kShape = 1e-6;  // of its length
-  const double furthest = kShape / kRounding * points.extent().length();
+  const double furthest = kShape / kRounding * points.largest_extent();
   constexpr std::array<const char*, inputs> kInputs{"initial height", "initial shape", "initial velocity",
                                                     "support height", "gravity",       "support motion",
                                                     "load table"};

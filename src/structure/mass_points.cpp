@@ -1,10 +1,12 @@
 #include "udar/structure/mass_points.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "udar/petsc/error.hpp"
 
@@ -49,6 +51,21 @@ std::string fault_of(const PointTable& table, int components) {
 PointTable checked(MPI_Comm comm, PointTable table, int components) {
   throw_together<InputError>(comm, fault_of(table, components));
   return table;
+}
+
+/// From end to end along the axis where that is furthest, over all ranks [m].
+double largest_range(MPI_Comm comm, const std::vector<Place>& places) {
+  constexpr std::array kAxes{&Place::x, &Place::y, &Place::z};
+  std::array<double, 2 * kAxes.size()> ends{};
+  ends.fill(-kInfinity);  // the first ones negative, so that one reduction finds all
+  for (const Place& place : places) {
+    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+      ends[2 * axis] = std::max(ends[2 * axis], -(place.*kAxes[axis]));
+      ends[2 * axis + 1] = std::max(ends[2 * axis + 1], place.*kAxes[axis]);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, ends.data(), static_cast<int>(ends.size()), MPI_DOUBLE, MPI_MAX, comm);
+  return std::max({ends[0] + ends[1], ends[2] + ends[3], ends[4] + ends[5]});
 }
 
 }  // namespace
@@ -147,6 +164,7 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
   }
   extent_ = {.from = -ends[0], .to = ends[1]};
   MPI_Allreduce(MPI_IN_PLACE, &total_mass_, 1, MPI_DOUBLE, MPI_SUM, comm);
+  largest_extent_ = largest_range(comm, place_);
 }
 
 Place PlacedPoints::axis(std::size_t point) const {

@@ -176,6 +176,7 @@ TEST(MassPoints, ThoseThatMoveAlongYAreFoundAlone) {
   const int size = static_cast<int>(points.total() / 4);
   EXPECT_EQ(points.total_mass(), 6.0 * size);
   EXPECT_EQ(points.within({}, kUp).count, 2 * size);
+  EXPECT_EQ(points.largest_extent(), std::max(4.5, 2.0 * (size - 1))) << "from 0.5 to 5 m high";
   EXPECT_EQ(points.reference(0), 0.0);
   EXPECT_EQ(points.reference(1), 0.5);
   EXPECT_EQ(points.nearest({}), 1);

@@ -129,6 +129,8 @@ class MassPoints {
 
   /// Equal on every rank.
   [[nodiscard]] virtual Extent extent() const = 0;
+  /// The largest distance between two points along any axis [m].
+  [[nodiscard]] virtual double largest_extent() const { return extent().length(); }
   [[nodiscard]] virtual double total_mass() const = 0;  ///< of what moves along y [kg]
 
   /// @name Searches among points that move along y. Collective: each may take a reduction.
@@ -187,6 +189,7 @@ class PlacedPoints final : public MassPoints {
     return direction_.empty() ? Direction::y : direction_[point];
   }
   [[nodiscard]] Extent extent() const override { return extent_; }
+  [[nodiscard]] double largest_extent() const override { return largest_extent_; }
   [[nodiscard]] double total_mass() const override { return total_mass_; }
   [[nodiscard]] PetscInt nearest(const Place& place) const override;
   [[nodiscard]] PointRows within(const Region& region, const Place& along) const override;
@@ -208,6 +211,7 @@ class PlacedPoints final : public MassPoints {
   std::map<std::size_t, std::pair<std::size_t, std::size_t>> framed_;  // of a point: its frame, and which axis
   std::vector<std::size_t> by_x_;  // local points that move anywhere, ascending by x, then by number
   Extent extent_;
+  double largest_extent_ = 0.0;
   double total_mass_ = 0.0;
 };
 

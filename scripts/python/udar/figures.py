@@ -30,13 +30,14 @@ ENERGY_LINES = (
 SELDOM = ("load_work", "support_springs", "support_work", "lost_in_dampers", "radiated")  # shown where there is any
 
 
-def match_gauge(run, x):
-    """Number of the gauge of `run` at x, or None: runs laid over each other may differ in mesh and gauges."""
+def match_gauge(run, place):
+    """Number of the gauge of `run` at a place, or None: runs laid over each other may differ in mesh and gauges."""
     if not len(run.gauge_node):
         return None
-    distance = np.abs(run.x[run.gauge_node] - x)
+    distance = np.linalg.norm(run.place[run.gauge_node] - place, axis=1)
     nearest = int(np.argmin(distance))
-    return nearest if distance[nearest] <= 0.51 * np.min(np.diff(np.unique(run.x))) else None
+    near = 0.51 * np.min(np.diff(np.unique(run.x))) if run.along_line else 0.01 * np.ptp(run.place, axis=0).max()
+    return nearest if distance[nearest] <= near else None
 
 
 def mark_impacts(axis, run, node, marker, colour):
@@ -55,13 +56,14 @@ def mark_impacts(axis, run, node, marker, colour):
 def draw_gauges(pen, runs, chosen):
     reference, several = runs[0], len(runs) > 1
     height = min(1.75, max(1.0, 30.0 / len(chosen)))
-    figure, axes = pen.figure(9.5, 1.2 + height * len(chosen), len(chosen), sharex=True, sharey=True)
+    figure, axes = pen.figure(9.5, 1.2 + height * len(chosen), len(chosen), sharex=True,
+                              sharey=reference.along_line)
     marked = held = False
     for axis, gauge in zip(axes[:, 0], chosen):
         node = reference.gauge_node[gauge]
         heights = set()
         for number, run in enumerate(runs):
-            own = gauge if run is reference else match_gauge(run, reference.x[node])
+            own = gauge if run is reference else match_gauge(run, reference.place[node])
             if own is None:
                 continue
             time = run.gauges["time"]

@@ -66,6 +66,7 @@ class Run:
     summary: dict    # summary.json; empty before the end
     elements: int    # 0: imported matrices
     x: np.ndarray
+    place: np.ndarray        # x, y, z of each
     gauge_node: np.ndarray
     supports: list
     gauges: dict     # columns of gauges.csv
@@ -89,7 +90,8 @@ class Run:
         return self.structure == "beam"
 
     def gauge_place(self, gauge):
-        return self.gauge_names[gauge] or f"x = {with_unit(self.x[self.gauge_node[gauge]], 'm')}"
+        x, y, z = (with_unit(value, "m") for value in self.place[self.gauge_node[gauge]])
+        return self.gauge_names[gauge] or f"x = {x}" + ("" if self.along_line else f", y = {y}, z = {z}")
 
     @property
     def begin(self):
@@ -319,6 +321,7 @@ def read_run(folder, with_fields):
                 filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
                 elements=int(np.ravel(file.attrs["elements"])[0]),
                 x=x,
+                place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
                 gauge_node=gauge_node,
                 supports=read_supports(file, x),
                 gauges={}, energy={},

@@ -139,7 +139,7 @@ def set_time_axis(axis, runs, labelled=True):
 
 
 def set_beam_axis(axis, run, which="y", labelled=True):
-    pad = 0.03 * np.ptp(run.x)
+    pad = 0.03 * np.ptp(run.x) or 1.0  # upright
     getattr(axis, f"set_{which}lim")(run.x.min() - pad, run.x.max() + pad)
     name_axis(getattr(axis, f"{which}axis"), "x along the beam" if run.along_line else "x", "m", labelled)
 
