@@ -7,6 +7,7 @@ import struct
 import textwrap
 import unittest
 
+import h5py
 import numpy as np
 
 from common import STOPPED_BY_STEPS, UdarTest, datasets, run
@@ -379,6 +380,16 @@ class Output(NetworkTest):
         for x, y, radius in ((0, 3, 0.1), (2, 3, beam), (0, 0, 0.1)):
             at = np.flatnonzero((one["x"] == x) & (one["y"] == y))
             np.testing.assert_allclose(one["radius"][at], [radius], rtol=1e-15)
+
+    def test_pictures_have_planes_where_they_are(self):
+        fallen = self.fall(floor=None, support_position=2, support_width="inf", support_normal="-1,0,0",
+                           support_height=-5, initial_slope=0, ts_max_time=0.01)
+        with h5py.File(fallen.file("results.vtkhdf")) as file:
+            wall = file["VTKHDF/Points"][()][2 * len(h5py.File(fallen.file("results.h5"))["x"]):]
+            self.assertTrue(np.isfinite(file["VTKHDF/PointData/radius"][()]).all())
+        self.assertEqual(len(wall), 5)
+        np.testing.assert_allclose(wall[:, 0], 5, rtol=0, atol=1e-14)
+        self.assertEqual((wall[:, 1].min(), wall[:, 1].max()), (0, 3))
 
     def test_envelopes_go_on_over_a_restart_on_other_ranks(self):
         whole = self.fall(1, name="whole")

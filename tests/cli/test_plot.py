@@ -490,6 +490,20 @@ class Networks(PlotTest):
         self.assertIn("up to 0.6 m", shape)
         self.assertIn("in true size", shape)
 
+    def test_planes_are_drawn_where_they_are(self):
+        """A wall behind the end, an incline, and one too far away to be drawn."""
+        run = write_network(self.here / "run", supports=3 * ((1.0, np.inf),), gravity=0.0)
+        with h5py.File(run / "results.h5", "a") as file:
+            for k, axis in enumerate("xyz"):
+                file[f"support_normal_{axis}"] = np.array([[-1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])[:, k]
+            for axis in "yz":
+                file[f"support_{axis}_from"], file[f"support_{axis}_to"] = np.full(3, -np.inf), np.full(3, np.inf)
+            file["support_height"][...] = [-2.5, -0.3, 40.0]
+        files, _ = self.draw(run, "--format", "svg")
+        svg = files["structure.svg"].read_text(encoding="utf-8")
+        self.assertEqual(len(re.findall('<g id="Poly3DCollection_', svg)), 2)
+        self.assertNotIn(">support<", files["gauges.svg"].read_text(encoding="utf-8"), "no heights of planes")
+
     def test_without_rows(self):
         files, noted = self.draw(write_network(self.here / "run", rows=0), "--format", "png")
         self.assertIn("structure.png", files)

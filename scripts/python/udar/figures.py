@@ -42,7 +42,8 @@ def match_gauge(run, place):
 
 def mark_impacts(axis, run, node, marker, colour):
     """Marks the impacts of one mass at the height of the support it hit; says whether there are any."""
-    hits = np.asarray(run.impacts["node"]) == node
+    upward = np.array([support.normal is None for support in run.supports], bool)
+    hits = (np.asarray(run.impacts["node"]) == node) & upward[np.asarray(run.impacts["support"]).astype(int)]
     time, support = run.impacts["time"][hits], np.asarray(run.impacts["support"])[hits].astype(int)
     height = np.array([support.height for support in run.supports])[support] if len(time) else time
     height = height + run.lift_of(support, time)

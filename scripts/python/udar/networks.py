@@ -136,10 +136,16 @@ class Space:
     def add_supports(self, run, time):
         """Faces of the supports, as far as they are near; says which kinds there are."""
         kinds = set()
-        z = self.low[2] + 0.5 * self.room, self.high[2] - 0.5 * self.room
         reach = 0.6 * np.linalg.norm(self.high - self.low)
         for number, support in enumerate(run.supports):
-            face = support.face + float(run.lift_of(number, time))
+            lift = float(run.lift_of(number, time))
+            if support.normal is not None:
+                self.add_plane(support, support.height + lift, reach)
+                kinds.add("support")
+                continue
+            z = (max(self.low[2] + 0.5 * self.room, support.box[2, 0]),
+                 min(self.high[2] - 0.5 * self.room, support.box[2, 1]))
+            face = support.face + lift
             if face.min() > self.high[1] + reach or face.max() < self.low[1] - reach:
                 continue
             x = np.array(support.x, float)
@@ -151,11 +157,28 @@ class Space:
                 self.axis.plot([x[0], x[0]], z, [face[0], face[0]], color=SUPPORT_GREY, linewidth=2.5, zorder=1,
                                clip_on=False)
                 continue
-            strips = [[(a, z[0], c), (b, z[0], d), (b, z[1], d), (a, z[1], c)]
-                      for a, b, c, d in zip(x[:-1], x[1:], face[:-1], face[1:])]
-            self.axis.add_collection3d(Poly3DCollection(strips, facecolor="#c9c9c9", edgecolor=SUPPORT_GREY, alpha=0.45,
-                                                        linewidth=0.6, zorder=1, clip_on=False))
+            self.add_faces([[(a, z[0], c), (b, z[0], d), (b, z[1], d), (a, z[1], c)]
+                            for a, b, c, d in zip(x[:-1], x[1:], face[:-1], face[1:])])
         return kinds
+
+    def add_plane(self, support, height, reach):
+        """A rectangle of a plane, as wide as what stands before it or as its box, if that is near."""
+        low, high = np.maximum(self.low, support.box[:, 0]), np.minimum(self.high, support.box[:, 1])
+        middle = 0.5 * (low + high)
+        centre = middle + (height - support.normal @ middle) * support.normal
+        if np.linalg.norm(centre - middle) > reach:
+            return
+        across = np.cross(support.normal, (0.0, 0.0, 1.0) if abs(support.normal[2]) < 0.9 else (1.0, 0.0, 0.0))
+        first = across / np.linalg.norm(across)
+        second = np.cross(support.normal, first)
+        along = [0.5 * (np.abs(axis) @ (high - low)) * axis for axis in (first, second)]
+        corners = np.array([centre + a * along[0] + b * along[1] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        self.add_faces([upright(corners)])
+        self.low, self.high = np.minimum(self.low, corners.min(axis=0)), np.maximum(self.high, corners.max(axis=0))
+
+    def add_faces(self, faces):
+        self.axis.add_collection3d(Poly3DCollection(faces, facecolor="#c9c9c9", edgecolor=SUPPORT_GREY, alpha=0.45,
+                                                    linewidth=0.6, zorder=1, clip_on=False))
 
     def seen(self, low, high):
         """Corners of the box in the square of the axis."""

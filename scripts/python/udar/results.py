@@ -29,6 +29,8 @@ class Support:
     is_floor: bool
     x: np.ndarray     # outline of the contact face from left to right
     face: np.ndarray  # its height there
+    normal: np.ndarray = None  # of a plane that does not look up: along it the height counts, from the origin
+    box: np.ndarray = None     # rows of from and to along x, y, z that it touches [m]
 
 
 @dataclasses.dataclass
@@ -151,6 +153,8 @@ class Run:
     def supports_of_node(self, node):
         """Numbers of the supports the mass of this node can touch."""
         def touches(support):
+            if support.normal is not None:
+                return False  # heights are not along y
             if support.high > support.low:
                 return support.low - 1e-9 <= self.x[node] <= support.high + 1e-9
             return node == int(np.argmin(np.abs(self.x - support.position)))
@@ -216,15 +220,32 @@ def read_gauge_names(options, gauges):
     return ([""] * gauges + names)[-gauges:] if gauges else []
 
 
+def read_box(file, number, low, high):
+    """What a support touches; one without width what it finds."""
+    box = np.array([[low, high] if high > low else [-np.inf, np.inf], [-np.inf, np.inf], [-np.inf, np.inf]])
+    for row, axis in ((1, "y"), (2, "z")):
+        if f"support_{axis}_from" in file:
+            box[row] = file[f"support_{axis}_from"][number], file[f"support_{axis}_to"][number]
+    return box
+
+
 def read_supports(file, x):
     columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
     ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
     supports = []
+    normals = (np.column_stack([file[f"support_normal_{axis}"][()] for axis in "xyz"])
+               if "support_normal_x" in file else np.tile([0.0, 1.0, 0.0], (len(columns[0]), 1)))
     for number, (position, width, height, side) in enumerate(zip(*columns)):
         low, high = position - width / 2, position + width / 2
-        is_floor = not np.isfinite([low, high]).all() or (low <= x.min() and high >= x.max())
-        if is_floor:
+        box = read_box(file, number, low, high)
+        is_wide = not np.isfinite([low, high]).all() or (low <= x.min() and high >= x.max())
+        is_floor = is_wide and normals[number, 1] == 1.0
+        if is_wide:
             low, high, position = x.min(), x.max(), (x.min() + x.max()) / 2
+        if normals[number, 1] != 1.0:
+            supports.append(Support(f"support {number}, plane", low, high, position, height, side, False,
+                                    np.array([low, high]), np.full(2, height), normals[number], box))
+            continue
         where = (" below" if side > 0 else " above") if min(columns[3]) < 0 else ""
         name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
         outline = np.array([low, high] if high > low else [position])
@@ -232,7 +253,7 @@ def read_supports(file, x):
         if is_floor and ground and number == len(columns[0]) - 1:
             outline = np.unique(np.concatenate([outline, ground[0][(ground[0] > low) & (ground[0] < high)]]))
             face = np.interp(outline, *ground)
-        supports.append(Support(name, low, high, position, height, side, is_floor, outline, face))
+        supports.append(Support(name, low, high, position, height, side, is_floor, outline, face, box=box))
     return supports
 
 
