@@ -140,7 +140,7 @@ void refuse_absurd(const MassPoints& points, const MassState& masses, const Init
     largest[1] = std::max(largest[1], std::abs(masses.position[i] - axis[i]));
   }
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, points.comm());
-  const double length = points.extent().length();
+  const double length = points.largest_extent();
   std::ostringstream message;
   if (!(largest[0] < kSpeedOfLight)) {
     message << "initial velocity, initial angular velocity, initial shape: a mass starts with " << largest[0]
