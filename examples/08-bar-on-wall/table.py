@@ -50,9 +50,8 @@ def measured(folder):
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     with h5py.File(folder / "results.h5") as file:
         frequency, elements = float(file.attrs["filter_frequency"]), int(file.attrs["elements"])
-        along = file["direction"][:] == 2
-        mass = file["mass"][:][along]
-        velocity = file["fields/mass_velocity"][-1][along]
+        mass = file["mass"][:]
+        velocity = file["fields/mass_velocity"][-1, :, 1]
     return {
         "frequency": frequency,
         "elements": elements,
