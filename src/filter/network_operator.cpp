@@ -160,8 +160,8 @@ std::span<const FieldInfo> NetworkOperator::internal_fields() const {
 
 std::size_t NetworkOperator::internal_places() const {
   std::size_t elements = 0;  // as many as there are members, or more, where they are short and many meet
-  for (const MemberPack& pack : network_->packs()) {
-    elements += pack.lanes * network_->kinds()[pack.kind].elements;
+  for (const MemberPack& pack : network_->packs().packs()) {
+    elements += pack.lanes * pack.elements;
   }
   return std::max(mass().size(), elements);
 }

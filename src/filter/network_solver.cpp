@@ -13,7 +13,6 @@ namespace {
 
 using network::Block;
 using network::JunctionSystem;
-using network::kLanes;
 using Real = long double;
 using LongMatrix3 = std::array<std::array<Real, 3>, 3>;
 
@@ -50,16 +49,14 @@ network::Triple<Number> triple_of(Number* values, std::size_t nodes) {
 }  // namespace
 
 NetworkSolver::NetworkSolver(const Network& network, double filter_frequency)
-    : network_{&network}, wf2_{filter_frequency * filter_frequency}, interface_{network} {
-  for (const MemberKind& kind : network.kinds()) {
-    tables_.emplace_back(network.parameters().sections[kind.section], kind, filter_frequency);
-    report_.table_bytes += tables_.back().inner() * 23 * sizeof(double);
-  }
+    : network_{&network},
+      wf2_{filter_frequency * filter_frequency},
+      interface_{network},
+      members_{network, filter_frequency} {
   number_junctions();
   factor();
-  build_packs();
-  report_.packs = packs_.size();
-  report_.kinds = tables_.size();
+  members_.place([this](std::size_t junction) { return system_->place(local_[junction]); }, junctions_.size());
+  report_.members = members_.report();
   report_.junctions = junctions_.size();
   report_.interface = interface_.size();
   report_.own_interface = interface_.shared().size();
@@ -77,74 +74,54 @@ void NetworkSolver::number_junctions() {
   }
 }
 
-void NetworkSolver::build_packs() {
-  const NetworkParameters& parameters = network_->parameters();
-  for (const MemberPack& given : network_->packs()) {
-    network::Placement pack;
-    pack.first = given.first;
-    pack.lanes = given.lanes;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const std::size_t number = given.member[std::min(lane, given.lanes - 1)];
-      const Member& member = parameters.members[number];
-      for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t k = 0; k < 3; ++k) {
-          pack.axes[i][k][lane] = network_->axes(number)[i][k];
-        }
-      }
-      for (std::size_t end = 0; end < 2; ++end) {
-        pack.slot[end][lane] = system_->place(local_[member.ends[end].junction]);
-        const std::array<double, 3> offset = triple(member.ends[end].offset);
-        for (std::size_t i = 0; i < 3; ++i) {
-          pack.offset[end][i][lane] = offset[i];
-          pack.offsets = pack.offsets || offset[i] != 0.0;
-        }
-      }
-    }
-    report_.members += given.lanes;
-    packs_.push_back(pack);
-  }
-}
-
 std::vector<Block> NetworkSolver::member_blocks() const {
   std::vector<Block> blocks;
-  std::vector<std::array<std::array<Real, 12>, 12>> stiffness;
-  stiffness.reserve(tables_.size());
-  for (const network::MemberTables& tables : tables_) {
-    stiffness.push_back(tables.end_stiffness());
-  }
+  std::vector<std::array<std::array<Real, 12>, 12>> stiffness(network_->kinds().size());
+  std::vector<bool> known(stiffness.size(), false);
   const NetworkParameters& parameters = network_->parameters();
-  for (const MemberPack& pack : network_->packs()) {
-    const auto& k = stiffness[pack.kind];
-    for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
-      const Member& member = parameters.members[pack.member[lane]];
-      std::array<std::array<std::array<Real, 6>, 6>, 2> t{};
-      for (std::size_t end = 0; end < 2; ++end) {
-        t[end] = to_end(network_->axes(pack.member[lane]), member.ends[end].offset);
-      }
-      for (const auto& [a, b] : {std::pair{0, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
-        const auto row = static_cast<std::size_t>(a);
-        const auto column = static_cast<std::size_t>(b);
-        Block block{.row = local_[member.ends[row].junction], .column = local_[member.ends[column].junction]};
-        std::array<std::array<Real, 6>, 6> half{};  // k t
-        for (std::size_t i = 0; i < 6; ++i) {
-          for (std::size_t l = 0; l < 6; ++l) {
-            for (std::size_t m = 0; m < 6; ++m) {
-              half[i][l] += k[6 * row + i][6 * column + m] * t[column][m][l];
-            }
-          }
-        }
-        for (std::size_t i = 0; i < 6; ++i) {
-          for (std::size_t l = 0; l < 6; ++l) {
-            for (std::size_t m = 0; m < 6; ++m) {
-              block.value[i][l] += t[row][m][i] * half[m][l];
-            }
-          }
-        }
-        blocks.push_back(block);
-      }
+  for (std::size_t number = 0; number < parameters.members.size(); ++number) {
+    if (network_->member_ranks()[number] != network_->rank()) {
+      continue;
     }
+    const std::size_t kind = network_->kind(number);
+    if (!known[kind]) {
+      stiffness[kind] = members_.ends(kind).end_stiffness();
+      known[kind] = true;
+    }
+    add_member(stiffness[kind], number, blocks);
   }
   return blocks;
+}
+
+/// What a member does to its junctions.
+void NetworkSolver::add_member(const std::array<std::array<long double, 12>, 12>& k, std::size_t number,
+                               std::vector<Block>& blocks) const {
+  const Member& member = network_->parameters().members[number];
+  std::array<std::array<std::array<Real, 6>, 6>, 2> t{};
+  for (std::size_t end = 0; end < 2; ++end) {
+    t[end] = to_end(network_->axes(number), member.ends[end].offset);
+  }
+  for (const auto& [a, b] : {std::pair{0, 0}, std::pair{1, 1}, std::pair{0, 1}}) {
+    const auto row = static_cast<std::size_t>(a);
+    const auto column = static_cast<std::size_t>(b);
+    Block block{.row = local_[member.ends[row].junction], .column = local_[member.ends[column].junction]};
+    std::array<std::array<Real, 6>, 6> half{};  // k t
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t l = 0; l < 6; ++l) {
+        for (std::size_t m = 0; m < 6; ++m) {
+          half[i][l] += k[6 * row + i][6 * column + m] * t[column][m][l];
+        }
+      }
+    }
+    for (std::size_t i = 0; i < 6; ++i) {
+      for (std::size_t l = 0; l < 6; ++l) {
+        for (std::size_t m = 0; m < 6; ++m) {
+          block.value[i][l] += t[row][m][i] * half[m][l];
+        }
+      }
+    }
+    blocks.push_back(block);
+  }
 }
 
 /// Masses and springs of the junctions that are this rank's.
@@ -262,20 +239,26 @@ void NetworkSolver::take_moments(std::span<double> rotation, std::span<double> l
 void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
   const std::size_t nodes = network_->nodes();
   const std::vector<std::size_t>& own = network_->own_junctions();
-  places_.resize(junctions_.size() * columns.size() * JunctionSystem::kPitch);
+  const std::size_t cut = network_->packs().cut_nodes();
+  places_.resize((junctions_.size() + cut) * columns.size() * JunctionSystem::kPitch);
   const auto put = [&](std::size_t c, std::size_t local, const double* from) {
     double* to = places_.data() + (system_->place(local) * columns.size() + c) * JunctionSystem::kPitch;
     for (std::size_t k = 0; k < 3; ++k) {
       to[k] = held_[local][k] ? 0.0 : from[k];  // the line stays there
     }
   };
-  const auto value = [&](std::size_t c, std::size_t i) {  // of an own junction
+  const auto value = [&](std::size_t c, std::size_t i) {  // of a local node
     const auto given = triple_of(columns[c].displacement, nodes);
     return std::array{given.x[i], given.y[i], given.z[i]};
   };
   for (std::size_t c = 0; c < columns.size(); ++c) {
     for (std::size_t i = 0; i < own.size(); ++i) {
       put(c, local_[own[i]], value(c, i).data());
+    }
+    for (std::size_t i = 0; i < cut; ++i) {
+      std::ranges::copy(value(c, own.size() + i),
+                        places_.begin() + static_cast<std::ptrdiff_t>(((junctions_.size() + i) * columns.size() + c) *
+                                                                      JunctionSystem::kPitch));
     }
   }
   if (interface_.empty()) {
@@ -328,12 +311,9 @@ network::Sweep NetworkSolver::sweep_of(std::span<const FilterColumn> columns, st
 }
 
 void NetworkSolver::condense_members(std::span<const FilterColumn> columns) {
-  condensed_.resize(packs_.size() * columns.size());
+  members_.prepare(columns.size());
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const network::Sweep sweep = sweep_of(columns, c);
-    for (std::size_t p = 0; p < packs_.size(); ++p) {
-      network::condense(tables_[network_->packs()[p].kind], packs_[p], sweep, condensed_[c * packs_.size() + p]);
-    }
+    members_.condense(sweep_of(columns, c), c);
   }
 }
 
@@ -386,9 +366,7 @@ void NetworkSolver::resolve_members(std::span<const FilterColumn> columns) {
         sweep.rotation.z[i] = from[5];
       }
     }
-    for (std::size_t p = 0; p < packs_.size(); ++p) {
-      network::resolve(tables_[network_->packs()[p].kind], packs_[p], sweep, condensed_[c * packs_.size() + p]);
-    }
+    members_.resolve(sweep, c);
   }
 }
 

@@ -83,12 +83,14 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
       return;
     }
     const NetworkSolver::Report& report = solver_->report();
+    const NetworkMembers::Report& members = report.members;
     UDAR_CALL(PetscViewerASCIIPrintf(
-        viewer,
-        "  first rank: %zu members of %zu kinds in %zu packs, %zu junctions, %zu blocks of 6 x 6 in the factor\n",
-        report.members, report.kinds, report.packs, report.junctions, report.factor_blocks));
+        viewer, "  first rank: %zu members of %zu kinds in %zu packs, %zu spans of those that are cut\n",
+        members.members, members.kinds, members.packs, members.spans));
+    UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: %zu junctions, %zu blocks of 6 x 6 in the factor\n",
+                                     report.junctions, report.factor_blocks));
     UDAR_CALL(PetscViewerASCIIPrintf(viewer, "  first rank: factor %zu bytes, tables %zu bytes\n", report.factor_bytes,
-                                     report.table_bytes));
+                                     members.table_bytes));
     UDAR_CALL(PetscViewerASCIIPrintf(viewer,
                                      "  between ranks: %zu junctions, of them of the first rank's members %zu\n",
                                      report.interface, report.own_interface));

@@ -167,9 +167,9 @@ struct Recursion {
   Pack pull;
 };
 
-/// Behind the first end, and before the second.
-UDAR_INLINE void start(const MemberTables& tables, const Condensed& condensed, const EndValues& known,
-                       Recursion& state) {
+/// From what is known of the junctions.
+UDAR_INLINE void bounds_of(const MemberTables& tables, const Condensed& condensed, const EndValues& known,
+                           Bounds& bounds) {
   const double h = tables.element_length();
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const BendingTable& table = tables.bending(plane);
@@ -177,19 +177,35 @@ UDAR_INLINE void start(const MemberTables& tables, const Condensed& condensed, c
     const double sign = plane == 0 ? h : -h;
     const std::array<Pack, 4> ends{known[0][1 + plane], sign * known[0][about] - pack(condensed.rise[plane][0]),
                                    known[1][1 + plane], sign * known[1][about] - pack(condensed.rise[plane][1])};
-    state.force[plane] = -pack(condensed.bending[plane][2]);
-    state.moment[plane] = -pack(condensed.bending[plane][3]);
+    Pack force = -pack(condensed.bending[plane][2]);
+    Pack moment = -pack(condensed.bending[plane][3]);
     for (std::size_t k = 0; k < 4; ++k) {
-      state.force[plane] += table.stiffness[2][k] * ends[k];
-      state.moment[plane] += table.stiffness[3][k] * ends[k];
+      force += table.stiffness[2][k] * ends[k];
+      moment += table.stiffness[3][k] * ends[k];
     }
-    state.moment[plane] += state.force[plane];
-    state.turn[plane] = table.hinged_first ? Pack{} : ends[1];
-    state.deflection[plane] = ends[0] + state.turn[plane];
+    pack(bounds.force[plane]) = force;
+    pack(bounds.moment[plane]) = moment;
+    pack(bounds.deflection[plane]) = ends[0];
+    pack(bounds.turn[plane]) = table.hinged_first ? Pack{} : ends[1];
   }
   const AxialTable& axial = tables.axial();
-  state.along = known[0][0];
-  state.pull = axial.stiffness[1] * known[0][0] + axial.stiffness[2] * known[1][0] - pack(condensed.axial[1]);
+  pack(bounds.along) = known[0][0];
+  pack(bounds.pull) = axial.stiffness[1] * known[0][0] + axial.stiffness[2] * known[1][0] - pack(condensed.axial[1]);
+  const MemberTables::Twist& twist = tables.twist();
+  pack(bounds.twist) = twist.first * known[0][3] + twist.second * known[1][3];
+  pack(bounds.twist_rise) = twist.element * (known[1][3] - known[0][3]);
+}
+
+/// Behind the first end, and before the second.
+UDAR_INLINE void start(const Bounds& bounds, Recursion& state) {
+  for (std::size_t plane = 0; plane < 2; ++plane) {
+    state.force[plane] = pack(bounds.force[plane]);
+    state.moment[plane] = pack(bounds.moment[plane]) + state.force[plane];
+    state.turn[plane] = pack(bounds.turn[plane]);
+    state.deflection[plane] = pack(bounds.deflection[plane]) + state.turn[plane];
+  }
+  state.along = pack(bounds.along);
+  state.pull = pack(bounds.pull);
 }
 
 /// To the second end: states before each node go where its stretch will be.
@@ -241,21 +257,19 @@ UDAR_INLINE void sweep_right(const MemberTables& tables, const Walk<Full, Loaded
 
 /// Rotations of inner node i, from the states stored for it and the reactions behind it.
 template <bool Full>
-UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
-                           const EndValues& known, const Recursion& state, std::size_t i) {
+UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Bounds& bounds,
+                           const Recursion& state, std::size_t i) {
   const std::size_t at = frame.first + i * frame.lanes;
   const double h = tables.element_length();
   const BendingTable::Gain& y = tables.bending(0).gains[i];
   const BendingTable::Gain& z = tables.bending(1).gains[i];
-  const MemberTables::Twist& twist = tables.twist();
   std::array<Pack, 2> bent{};
   std::array<Pack, 3> global;
   load<Full>(bent[0], sweep.rotation.y + at, frame.lanes);
   load<Full>(bent[1], sweep.rotation.z + at, frame.lanes);
   const Pack about_z = (bent[0] + y.turn * state.force[0] + y.bend * state.moment[0]) / h;
   const Pack about_y = (bent[1] + z.turn * state.force[1] + z.bend * state.moment[1]) / -h;
-  const Pack about_x = twist.first * known[0][3] + twist.second * known[1][3] +
-                       static_cast<double>(i + 1) * twist.element * (known[1][3] - known[0][3]);
+  const Pack about_x = pack(bounds.twist) + static_cast<double>(i + 1) * pack(bounds.twist_rise);
   turned_back(frame, {about_x, about_y, about_z}, global);
   store<Full>(sweep.rotation.x + at, global[0], frame.lanes);
   store<Full>(sweep.rotation.y + at, global[1], frame.lanes);
@@ -264,7 +278,7 @@ UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, c
 
 /// Back to the first end.
 template <bool Full, bool Loaded, bool Turned>
-UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>& walk, const EndValues& known,
+UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Bounds& bounds,
                             Recursion& state) {
   const Placement& frame = walk.frame;
   const Triple<double>& stretch = walk.given.stretch;
@@ -280,7 +294,7 @@ UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>
     load<Full>(d[0], stretch.y + at, frame.lanes);
     load<Full>(d[1], stretch.z + at, frame.lanes);
     if constexpr (Turned) {
-      turn_node<Full>(tables, frame, walk.given, known, state, i);
+      turn_node<Full>(tables, frame, walk.given, bounds, state, i);
     }
     dx = axial.releases[i] * dx + axial.keeps[i] * state.pull;
     state.pull -= dx;
@@ -304,13 +318,17 @@ UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>
   }
 }
 
-template <bool Full, bool Loaded, bool Turned>
-UDAR_INLINE void resolve_pack(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Condensed& condensed,
-                              const EndValues& known) {
+template <bool Full, bool Loaded>
+UDAR_INLINE void resolve_pack(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Bounds& bounds) {
   Recursion state;
-  start(tables, condensed, known, state);
-  sweep_right<Full, Loaded, Turned>(tables, walk, state);
-  sweep_left<Full, Loaded, Turned>(tables, walk, known, state);
+  start(bounds, state);
+  if (walk.given.rotation.x != nullptr) {
+    sweep_right<Full, Loaded, true>(tables, walk, state);
+    sweep_left<Full, Loaded, true>(tables, walk, bounds, state);
+  } else {
+    sweep_right<Full, Loaded, false>(tables, walk, state);
+    sweep_left<Full, Loaded, false>(tables, walk, bounds, state);
+  }
 }
 
 /// Values of the junctions, one direction of both ends after the other.
@@ -391,59 +409,79 @@ UDAR_INLINE void add_load(const Placement& frame, const EndValues& load, const S
   }
 }
 
+/// What a pack is, where it ends, what is condensed or known of it.
+struct Task {
+  const MemberTables& tables;
+  const Placement& frame;
+  const Sweep& sweep;
+};
+
 template <bool Full, bool Loaded>
-UDAR_INLINE void condense_to_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
-                                       Condensed& condensed) {
+UDAR_INLINE void condense_inside(const Task& task, Condensed& condensed) {
   EndPlaces ends;
-  EndValues load;
-  gather<3>(frame, sweep.place, sweep.pitch, ends);
-  condense_pack<Full, Loaded>(tables, frame, sweep, ends, condensed);
-  load_of(tables, condensed, load);
-  add_load(frame, load, sweep);
+  gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
+  condense_pack<Full, Loaded>(task.tables, task.frame, task.sweep, ends, condensed);
 }
 
 template <bool Full, bool Loaded>
-UDAR_INLINE void resolve_from_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
-                                        const Condensed& condensed) {
+UDAR_INLINE void resolve_inside(const Task& task, const Bounds& bounds) {
   EndPlaces ends;
+  gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
+  const Walk<Full, Loaded> walk{task.frame, task.sweep, ends, task.tables.inner(), 1.0 / task.tables.node_stiffness()};
+  resolve_pack<Full, Loaded>(task.tables, walk, bounds);
+}
+
+UDAR_INLINE void push_ends(const Task& task, const Condensed& condensed) {
+  EndValues load;
+  load_of(task.tables, condensed, load);
+  add_load(task.frame, load, task.sweep);
+}
+
+UDAR_INLINE void bounds_at(const Task& task, const Condensed& condensed, Bounds& bounds) {
   EndValues known;
-  gather<3>(frame, sweep.place, sweep.pitch, ends);
-  known_at(frame, sweep, known);
-  const Walk<Full, Loaded> walk{frame, sweep, ends, tables.inner(), 1.0 / tables.node_stiffness()};
-  sweep.rotation.x != nullptr ? resolve_pack<Full, Loaded, true>(tables, walk, condensed, known)
-                              : resolve_pack<Full, Loaded, false>(tables, walk, condensed, known);
+  known_at(task.frame, task.sweep, known);
+  bounds_of(task.tables, condensed, known, bounds);
+}
+
+template <bool Full>
+UDAR_INLINE void condense_any(const Task& task, Condensed& condensed) {
+  task.sweep.force.x != nullptr ? condense_inside<Full, true>(task, condensed)
+                                : condense_inside<Full, false>(task, condensed);
+}
+template <bool Full>
+UDAR_INLINE void resolve_any(const Task& task, const Bounds& bounds) {
+  task.sweep.force.x != nullptr ? resolve_inside<Full, true>(task, bounds) : resolve_inside<Full, false>(task, bounds);
 }
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
-UDAR_CLONES void condense_full(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
-                               Condensed& condensed) {
-  sweep.force.x != nullptr ? condense_to_junctions<true, true>(tables, pack, sweep, condensed)
-                           : condense_to_junctions<true, false>(tables, pack, sweep, condensed);
-}
-UDAR_CLONES void condense_part(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
-                               Condensed& condensed) {
-  sweep.force.x != nullptr ? condense_to_junctions<false, true>(tables, pack, sweep, condensed)
-                           : condense_to_junctions<false, false>(tables, pack, sweep, condensed);
-}
-UDAR_CLONES void resolve_full(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
-                              const Condensed& condensed) {
-  sweep.force.x != nullptr ? resolve_from_junctions<true, true>(tables, pack, sweep, condensed)
-                           : resolve_from_junctions<true, false>(tables, pack, sweep, condensed);
-}
-UDAR_CLONES void resolve_part(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
-                              const Condensed& condensed) {
-  sweep.force.x != nullptr ? resolve_from_junctions<false, true>(tables, pack, sweep, condensed)
-                           : resolve_from_junctions<false, false>(tables, pack, sweep, condensed);
+UDAR_CLONES void condense_full(const Task& task, Condensed& condensed) { condense_any<true>(task, condensed); }
+UDAR_CLONES void condense_part(const Task& task, Condensed& condensed) { condense_any<false>(task, condensed); }
+UDAR_CLONES void resolve_full(const Task& task, const Bounds& bounds) { resolve_any<true>(task, bounds); }
+UDAR_CLONES void resolve_part(const Task& task, const Bounds& bounds) { resolve_any<false>(task, bounds); }
+UDAR_CLONES void push(const Task& task, const Condensed& condensed) { push_ends(task, condensed); }
+UDAR_CLONES void bound(const Task& task, const Condensed& condensed, Bounds& bounds) {
+  bounds_at(task, condensed, bounds);
 }
 
 }  // namespace
 
 void condense(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed) {
-  pack.lanes == kLanes ? condense_full(tables, pack, sweep, condensed) : condense_part(tables, pack, sweep, condensed);
+  const Task task{tables, pack, sweep};
+  pack.lanes == kLanes ? condense_full(task, condensed) : condense_part(task, condensed);
 }
 
-void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed) {
-  pack.lanes == kLanes ? resolve_full(tables, pack, sweep, condensed) : resolve_part(tables, pack, sweep, condensed);
+void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds) {
+  const Task task{tables, pack, sweep};
+  pack.lanes == kLanes ? resolve_full(task, bounds) : resolve_part(task, bounds);
+}
+
+void push_junctions(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed) {
+  push({tables, pack, sweep}, condensed);
+}
+
+void find_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed,
+                 Bounds& bounds) {
+  bound({tables, pack, sweep}, condensed, bounds);
 }
 
 }  // namespace udar::network

@@ -27,6 +27,7 @@ struct Plane {
   Real first_joint;   // compliance of the joints, infinite: a hinge
   Real second_joint;
   std::size_t elements;
+  bool open = false;  // weights are those of a span
 
   struct Node {
     Real release, deflect, turn, bend;
@@ -97,9 +98,13 @@ void Plane::sweep_left(BendingTable& table) const {
       const std::array<Real, 2> end = pressed(b[1], b[3]);
       const std::array<Real, 2> start = from_end(end);
       const Matrix2& own = node.transfer;
-      table.weights[i - 1] = {static_cast<double>(-(own[0] * j[1] + own[2] * j[2]) - start[0]),
-                              static_cast<double>(-(own[1] * j[1] + own[3] * j[2]) - start[1]),
-                              static_cast<double>(end[0]), static_cast<double>(end[1])};
+      const Real force = -(own[0] * j[1] + own[2] * j[2]);
+      const Real moment = -(own[1] * j[1] + own[3] * j[2]);
+      table.weights[i - 1] =
+          open ? std::array{static_cast<double>(force), static_cast<double>(moment), static_cast<double>(b[1]),
+                            static_cast<double>(b[3])}
+               : std::array{static_cast<double>(force - start[0]), static_cast<double>(moment - start[1]),
+                            static_cast<double>(end[0]), static_cast<double>(end[1])};
       // N = [R 0; -G1 1]: j <- N' j N + R e1 e1', b <- b N
       const Real r = node.release;
       const Real g = node.turn;
@@ -109,6 +114,7 @@ void Plane::sweep_left(BendingTable& table) const {
     j = carried_back(j);
     b = {b[0], b[0] + b[1], b[2], b[2] + b[3]};
   }
+  table.open = {.compliance = compliance, .stiffness = j, .transfer = transfer};
   // [j + phi' c phi, -phi' c; -c phi, c]
   const std::array<Real, 2> column0 = pressed(f[0], f[2]);
   const std::array<Real, 2> column1 = pressed(f[1], f[3]);
@@ -163,7 +169,7 @@ BendingTable factor(Plane plane) {
   return table;
 }
 
-AxialTable factor_axial(Real element, std::size_t elements) {
+AxialTable factor_axial(Real element, std::size_t elements, bool open) {
   AxialTable table;
   Real p = 0;
   Real phi = 1;
@@ -190,15 +196,18 @@ AxialTable factor_axial(Real element, std::size_t elements) {
       j = r * r * j + r;
       b *= r;
     }
-    table.weights[i - 1] = {static_cast<double>(before[i - 1] * j + phi * b / p), static_cast<double>(-b / p)};
+    const Real pull = before[i - 1] * j;
+    table.weights[i - 1] = open ? std::array{static_cast<double>(pull), static_cast<double>(-b)}
+                                : std::array{static_cast<double>(pull + phi * b / p), static_cast<double>(-b / p)};
   }
+  table.open = {.compliance = p, .stiffness = j, .transfer = phi};
   table.stiffness = {static_cast<double>(j + phi * phi / p), static_cast<double>(-phi / p), static_cast<double>(1 / p)};
   return table;
 }
 
 }  // namespace
 
-MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency)
+MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, Part part)
     : kind_{kind}, stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length} {
   const Real h = kind.element_length;
   const Real k = stiffness_;
@@ -209,9 +218,10 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
     bending_[plane] = factor({.element = {bend / 3 + k * h * section.shear_compliance(plane), bend / 2, bend},
                               .first_joint = joint(0),
                               .second_joint = joint(1),
-                              .elements = kind.elements});
+                              .elements = kind.elements,
+                              .open = part == Part::span});
   }
-  axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), kind.elements);
+  axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), kind.elements, part == Part::span);
   const double flexible = kind.element_length * static_cast<double>(kind.elements) / section.torsion();
   torsion_ = 1.0 / (flexible + 1.0 / kind.joint[0][0] + 1.0 / kind.joint[1][0]);
   if (kind.joint[0][0] == 0.0) {  // it follows the second end, between two hinges nothing
@@ -221,6 +231,22 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
     twist_.first = 1.0 - twist_.second;
     twist_.element = torsion_ * kind.element_length / section.torsion();
   }
+  if (part == Part::ends) {
+    for (BendingTable& table : bending_) {
+      table.gains = {};
+      table.weights = {};
+    }
+    axial_.releases = axial_.keeps = {};
+    axial_.weights = {};
+  }
+}
+
+std::size_t MemberTables::bytes() const noexcept {
+  std::size_t numbers = 2 * axial_.releases.size() + 2 * axial_.weights.size();
+  for (const BendingTable& table : bending_) {
+    numbers += 5 * table.gains.size() + 4 * table.weights.size();
+  }
+  return numbers * sizeof(double);
 }
 
 std::array<std::array<long double, 12>, 12> MemberTables::end_stiffness() const {

@@ -187,27 +187,16 @@ void Network::deal() {
 
 /// This rank's members of each kind, in the order of the network.
 void Network::pack_members() {
-  inner_nodes_.resize(parameters_.members.size());
-  std::vector<std::vector<std::size_t>> own(kinds_.size());
+  std::vector<MemberPacks::Kind> own;
+  for (const MemberKind& kind : kinds_) {
+    own.push_back({.elements = kind.elements});
+  }
   for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
     if (member_ranks_[member] == rank_) {
-      own[member_kinds_[member]].push_back(member);
+      own[member_kinds_[member]].members.push_back(member);
     }
   }
-  std::size_t next = own_junctions_.size();
-  for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
-    for (std::size_t first = 0; first < own[kind].size(); first += MemberPack::kLanes) {
-      MemberPack pack{.kind = kind, .first = next, .lanes = std::min(MemberPack::kLanes, own[kind].size() - first)};
-      for (std::size_t lane = 0; lane < MemberPack::kLanes; ++lane) {
-        pack.member.at(lane) = own[kind][first + std::min(lane, pack.lanes - 1)];
-      }
-      for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
-        inner_nodes_[pack.member.at(lane)] = {.first = next + lane, .stride = pack.lanes};
-      }
-      next += (kinds_[kind].elements - 1) * pack.lanes;
-      packs_.push_back(pack);
-    }
-  }
+  packs_ = MemberPacks{own, parameters_.members.size(), own_junctions_.size()};
 }
 
 void Network::place_points() {
@@ -227,19 +216,20 @@ void Network::place_points() {
     first_number.push_back(next);
     next += static_cast<std::int64_t>(member.elements) - 1;
   }
-  for (const MemberPack& pack : packs_) {
-    const MemberKind& kind = kinds_[pack.kind];
-    const double of_element = parameters_.sections[kind.section].mass_per_length() * kind.element_length;
-    for (std::size_t lane = 0; lane < pack.lanes; ++lane) {
-      const Member& member = parameters_.members[pack.member.at(lane)];
-      const Place from = end_place(parameters_, member, 0);
-      const Place span = span_of(parameters_, member);
-      for (std::size_t i = 0; i + 1 < kind.elements; ++i) {
-        const std::size_t local = pack.first + i * pack.lanes + lane;
-        mass[local] = of_element;
-        place[local] = from + (static_cast<double>(i + 1) / static_cast<double>(kind.elements)) * span;
-        number[local] = first_number[pack.member.at(lane)] + static_cast<std::int64_t>(i);
-      }
+  for (std::size_t index = 0; index < parameters_.members.size(); ++index) {
+    if (member_ranks_[index] != rank_) {
+      continue;
+    }
+    const Member& member = parameters_.members[index];
+    const double of_element =
+        parameters_.sections[member.section].mass_per_length() * kinds_[member_kinds_[index]].element_length;
+    const Place from = end_place(parameters_, member, 0);
+    const Place span = span_of(parameters_, member);
+    for (std::size_t i = 1; i < member.elements; ++i) {
+      const std::size_t local = node(index, i).local;
+      mass[local] = of_element;
+      place[local] = from + (static_cast<double>(i) / static_cast<double>(member.elements)) * span;
+      number[local] = first_number[index] + static_cast<std::int64_t>(i) - 1;
     }
   }
   PointTable table;
@@ -303,8 +293,7 @@ Network::Node Network::node(std::size_t member, std::size_t number) const {
   if (number == 0 || number == given.elements) {
     return junction_node(given.ends[number == 0 ? 0 : 1].junction);
   }
-  const auto& [first, stride] = inner_nodes_[member];
-  return {.rank = member_ranks_[member], .local = first + (number - 1) * stride};
+  return {.rank = member_ranks_[member], .local = packs_.node(member, member_kinds_[member], number)};
 }
 
 PetscInt Network::point(const Node& node, std::size_t direction) const {

@@ -216,6 +216,26 @@ TEST(NetworkSolver, TakesJointsArmsSpringsMassesAndLoads) {
   }
 }
 
+/// Members that are cut into spans, equal ones and a shorter last one, with everything at their ends and forces within;
+/// spans much shorter than forces reach.
+TEST(NetworkSolver, CutsLongMembersWithoutLosingDigits) {
+  for (const bool far : {false, true}) {
+    SCOPED_TRACE(far ? "far" : "near");
+    expect_exact(lattice({2, 2, 2}, 1024), 300.0, far, 1.0, 1e-12);
+    NetworkParameters house = small_house(kTurn);
+    house.junctions[0].held = {true, true, true, false, true, false};
+    for (std::size_t m = 0; m < house.members.size(); ++m) {
+      house.members[m].elements *= 41;
+    }
+    const Network network{PETSC_COMM_SELF, house};
+    for (std::size_t kind = 0; kind < network.kinds().size(); ++kind) {
+      EXPECT_EQ(network.packs().cut(kind).spans > 1, network.kinds()[kind].elements > 60) << kind;
+    }
+    EXPECT_EQ(network.packs().cut_nodes(), 15U);
+    expect_exact(house, 300.0, far, 50.0, 1e-12);
+  }
+}
+
 /// Members along one line: their rotation about it is nobody's.
 TEST(NetworkSolver, CarriesCollinearMembersThatAreFree) {
   NetworkParameters line{.sections = {steel_section()}, .junctions = {}, .members = {}};

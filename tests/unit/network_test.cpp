@@ -522,12 +522,12 @@ TEST(Network, SortsMembersByKind) {
   row.members[4].elements = 2;
   const Network network{PETSC_COMM_WORLD, row};
   ASSERT_EQ(network.kinds().size(), 2U);
-  ASSERT_EQ(network.packs().size(), 3U);
-  EXPECT_EQ(network.packs()[0].lanes, 8U);
-  EXPECT_EQ(network.packs()[1].lanes, 1U);
-  EXPECT_EQ(network.packs()[1].member[7], 9U);
-  EXPECT_EQ(network.packs()[2].kind, 1U);
-  EXPECT_EQ(network.packs()[1].first, 11U + 16U);
+  ASSERT_EQ(network.packs().packs().size(), 3U);
+  EXPECT_EQ(network.packs().packs()[0].lanes, 8U);
+  EXPECT_EQ(network.packs().packs()[1].lanes, 1U);
+  EXPECT_EQ(network.packs().packs()[1].member[7], 9U);
+  EXPECT_EQ(network.packs().packs()[2].kind, 1U);
+  EXPECT_EQ(network.packs().packs()[1].first, 11U + 16U);
   EXPECT_EQ(network.nodes(), 11U + 19U);
   EXPECT_EQ(network.node(1, 2).local, 11U + 8U + 1U);
   const auto at = network.points().place(static_cast<std::size_t>(network.point(network.node(9, 1), 2)));
@@ -536,6 +536,49 @@ TEST(Network, SortsMembersByKind) {
   EXPECT_EQ(network.points().number(static_cast<std::size_t>(network.point(network.node(9, 1), 2))), 3 * (11 + 17) + 2);
   row.members[3].section = 1;
   EXPECT_EQ(Network(PETSC_COMM_WORLD, row).kinds().size(), 3U);
+}
+
+/// Few members are cut; every inner node stands somewhere, and no two at one place.
+TEST(MemberPacks, GiveEachInnerNodeItsPlace) {
+  const std::vector<MemberPacks::Kind> kinds{
+      {.elements = 5, .members = {0, 2}}, {.elements = 1003, .members = {1, 5, 7}},
+      {.elements = 1, .members = {3}},    {.elements = 100, .members = {}},
+      {.elements = 64, .members = {4}},   {.elements = 30000, .members = {6}}};
+  constexpr std::size_t kFirst = 9;
+  const MemberPacks packs{kinds, 8, kFirst};
+  EXPECT_EQ(packs.cut(0).spans, 1U);
+  EXPECT_EQ(packs.cut(3).spans, 1U);
+  EXPECT_GT(packs.cut(1).spans, 2U);
+  EXPECT_EQ(packs.cut(4).spans, 2U);
+  EXPECT_EQ(packs.cut(5).length, 30000U / 8);
+  std::vector<std::size_t> places;
+  std::size_t cut_nodes = 0;
+  for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
+    const auto& [elements, members] = kinds[kind];
+    const MemberCut& cut = packs.cut(kind);
+    EXPECT_LT((cut.spans - 1) * cut.length, elements);
+    EXPECT_GE(cut.spans * cut.length, elements);
+    for (const std::size_t member : members) {
+      for (std::size_t i = 1; i < elements; ++i) {
+        places.push_back(packs.node(member, kind, i));
+      }
+      cut_nodes += cut.spans - 1;
+      for (std::size_t span = 1; span < cut.spans; ++span) {
+        EXPECT_LT(packs.node(member, kind, span * cut.length), kFirst + packs.cut_nodes());
+      }
+    }
+  }
+  EXPECT_EQ(packs.cut_nodes(), cut_nodes);
+  std::ranges::sort(places);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    ASSERT_EQ(places[i], kFirst + i);
+  }
+  for (const MemberPack& pack : packs.packs()) {
+    const MemberCut& cut = packs.cut(pack.kind);
+    for (std::size_t lane = 0; lane < pack.lanes && pack.elements > 1; ++lane) {
+      EXPECT_EQ(packs.node(pack.member.at(lane), pack.kind, pack.span.at(lane) * cut.length + 1), pack.first + lane);
+    }
+  }
 }
 
 }  // namespace

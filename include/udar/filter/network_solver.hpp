@@ -2,6 +2,7 @@
 /// @file
 /// The solve of a network: members condensed to their junctions, the junctions by block Cholesky, and back.
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 
 #include "udar/filter/filter_column.hpp"
 #include "udar/filter/network_interface.hpp"
+#include "udar/filter/network_members.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/network/junction_system.hpp"
 #include "udar/network/member_sweep.hpp"
@@ -17,7 +19,7 @@
 namespace udar {
 
 /// @brief Solves (wf^2 M + C) of a network exactly: each member is condensed to its two junctions by the chain
-/// recursion, eight members side by side; the junctions are few.
+/// recursion, eight members, or spans of long ones, side by side; the junctions are few.
 ///
 /// Junctions that members of several ranks meet at are the interface; every rank keeps its rows of the inverse of their
 /// Schur complement. Source: docs/theory.md, "Networks"
@@ -25,15 +27,12 @@ class NetworkSolver final : public ColumnSolver {
  public:
   /// What the factor is made of; of this rank unless said otherwise.
   struct Report {
-    std::size_t members = 0;
-    std::size_t packs = 0;
-    std::size_t kinds = 0;
+    NetworkMembers::Report members;
     std::size_t junctions = 0;      ///< that its members meet at
     std::size_t interface = 0;      ///< of all ranks, those between ranks
     std::size_t own_interface = 0;  ///< of them those of its members
     std::size_t factor_blocks = 0;  ///< 6 x 6, below the diagonal
     std::size_t factor_bytes = 0;
-    std::size_t table_bytes = 0;
   };
 
   /// Factors: members in long double. @param filter_frequency wf [rad/s], finite
@@ -57,8 +56,9 @@ class NetworkSolver final : public ColumnSolver {
 
  private:
   void number_junctions();
-  void build_packs();
   [[nodiscard]] std::vector<network::Block> member_blocks() const;
+  void add_member(const std::array<std::array<long double, 12>, 12>& k, std::size_t number,
+                  std::vector<network::Block>& blocks) const;
   void add_grounds(std::vector<network::Block>& blocks) const;
   void hold(std::vector<network::Block>& blocks);
   void factor();
@@ -74,15 +74,14 @@ class NetworkSolver final : public ColumnSolver {
   const Network* network_;
   double wf2_;
   NetworkInterface interface_;
-  std::vector<std::size_t> junctions_;  // local: of the network; those of the interface last
-  std::vector<std::size_t> local_;      // of a junction of the network: where it is in `junctions_`
-  std::vector<network::MemberTables> tables_;
-  std::vector<network::Placement> packs_;
+  NetworkMembers members_;
+  std::vector<std::size_t> junctions_;     // local: of the network; those of the interface last
+  std::vector<std::size_t> local_;         // of a junction of the network: where it is in `junctions_`
   std::vector<std::array<bool, 6>> held_;  // of local junctions
   std::unique_ptr<network::JunctionSystem> system_;
-  std::vector<double> places_;                 // displacements of local junctions, where `values_` has theirs
-  std::vector<double> values_;                 // of the junction system
-  std::vector<network::Condensed> condensed_;  // by column, then pack
+  /// Displacements of local junctions, where `values_` has theirs, then of the nodes where members are cut.
+  std::vector<double> places_;
+  std::vector<double> values_;  // of the junction system
   Report report_;
 };
 

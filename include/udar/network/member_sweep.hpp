@@ -51,18 +51,37 @@ struct Sweep {
   Triple<double> rotation;  ///< of them, about global axes [rad]; null: not wanted
 };
 
-/// What `condense` keeps for `resolve`.
+/// What `condense` finds.
 struct Condensed {
-  std::array<std::array<Lanes, 4>, 2> bending;  ///< l of both planes
+  std::array<std::array<Lanes, 4>, 2> bending;  ///< l of both planes, of spans what `MemberTables` weights
   std::array<Lanes, 2> axial;
   std::array<std::array<Lanes, 2>, 2> rise;  ///< first and last difference of displacements in both planes
 };
 
-/// @brief Adds what the masses and forces of a pack's inner nodes push its junctions with, seen from masses that stand
-/// still.
+/// @brief What is known at both ends once the junctions are: in each plane displacement and rotation of the first end,
+/// force and moment at the second, in the units and beside the chords of `BendingTable`; the same along the axis.
+struct Bounds {
+  std::array<Lanes, 2> deflection;
+  std::array<Lanes, 2> turn;
+  std::array<Lanes, 2> force;
+  std::array<Lanes, 2> moment;
+  Lanes along;
+  Lanes pull;
+  Lanes twist;       ///< rotation about the axis at the first end [rad]
+  Lanes twist_rise;  ///< and what each element adds
+};
+
+/// @brief What masses and forces of a pack's inner nodes show at its ends, seen from masses that stand still.
 void condense(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
 
-/// @brief Solves inside a pack whose junctions are known.
-void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
+/// @brief Adds what members push their junctions with.
+void push_junctions(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
+
+/// @brief What their ends know when the junctions are known.
+void find_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed,
+                 Bounds& bounds);
+
+/// @brief Solves inside a pack.
+void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds);
 
 }  // namespace udar::network

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "udar/structure/network.hpp"
@@ -20,27 +21,49 @@ struct BendingTable {
     double release;  // 1 / S
     double bend;     // compliance of the rotation behind the node
   };
-  std::vector<Gain> gains;                     ///< of the inner nodes
-  std::vector<std::array<double, 4>> weights;  ///< what a kink there shows at the ends: force, moment, force, moment
+  std::vector<Gain> gains;  ///< of the inner nodes
+  /// What a kink there shows at the ends: force, moment, force, moment; of a span force and moment at the first end,
+  /// displacement and rotation of the second, which is free.
+  std::vector<std::array<double, 4>> weights;
   std::array<std::array<double, 4>, 4> stiffness{};
   bool hinged_first = false;  ///< rotations of the first end have no meaning
+  /// Of a span: compliance of its second end with the first held, stiffness of its first end with the second free (00,
+  /// 01, 11), transfer from end to end by rows.
+  struct Open {
+    std::array<long double, 3> compliance{};
+    std::array<long double, 3> stiffness{};
+    std::array<long double, 4> transfer{};
+  };
+  Open open;
 };
 
 /// @brief The same along the axis.
 struct AxialTable {
   std::vector<double> releases;                ///< 1 / S of the inner nodes
   std::vector<double> keeps;                   ///< P / S
-  std::vector<std::array<double, 2>> weights;  ///< what an elongation of an element shows at the ends
+  std::vector<std::array<double, 2>> weights;  ///< what an elongation of an element shows at the ends, the same way
   std::array<double, 3> stiffness{};           ///< 00, 01, 11
+  /// Of a span, as of bending.
+  struct Open {
+    long double compliance = 0;
+    long double stiffness = 0;
+    long double transfer = 1;
+  };
+  Open open;
 };
 
 /// @brief A kind of member, factored in long double. Source: docs/theory.md, "Networks"
 class MemberTables {
  public:
-  /// @param filter_frequency wf [rad/s]
-  MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency);
+  /// A member between junctions, what of it is seen at the ends alone, or a span of a member: those have rigid joints.
+  enum class Part : std::uint8_t { whole, ends, span };
 
+  /// @param filter_frequency wf [rad/s]
+  MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, Part part = Part::whole);
+
+  [[nodiscard]] const MemberKind& kind() const noexcept { return kind_; }
   [[nodiscard]] std::size_t inner() const noexcept { return kind_.elements - 1; }
+  [[nodiscard]] std::size_t bytes() const noexcept;  ///< of gains and weights
   [[nodiscard]] double element_length() const noexcept { return kind_.element_length; }
   [[nodiscard]] double node_stiffness() const noexcept { return stiffness_; }  ///< K [N/m]
   /// In the plane xy, state (u_y, theta_z), or xz, state (u_z, -theta_y).

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "udar/petsc/handle.hpp"
+#include "udar/structure/member_packs.hpp"
 #include "udar/structure/structure.hpp"
 
 namespace udar {
@@ -95,17 +96,6 @@ struct MemberKind {
   std::array<std::array<double, 3>, 2> joint{};  ///< of both ends, as `MemberEnd::joint`
 };
 
-/// @brief Members of one kind whose inner nodes stand side by side: inner node i = 0, 1, ... of lane l, counted from
-/// the member's first end, is at `first` + i * `lanes` + l. Members of one element have none.
-struct MemberPack {
-  static constexpr std::size_t kLanes = 8;
-
-  std::size_t kind = 0;
-  std::size_t first = 0;                     ///< local node
-  std::size_t lanes = 0;                     ///< members, at most `kLanes`
-  std::array<std::size_t, kLanes> member{};  ///< of the network; those behind the last are it again
-};
-
 /// @brief A spring to the ground against a rotation of a junction that nothing else resists.
 struct RotationSpring {
   std::size_t junction = 0;
@@ -119,10 +109,10 @@ struct RotationSpring {
 /// A node that faces an oblique plane has axes of its own, one of them the plane's normal, others those of planes at
 /// right angles to it (`MassPoints::frames`). The stiffness knows nothing of that.
 /// Nodes are numbered junctions first, then the inner nodes of each member from its first end to its second. A local
-/// node is a junction of this rank, or stands in a pack. An element's mass is halved between its ends; that of a
-/// member's end is at its junction, whatever the offset. Rotations have no mass. One that nothing resists couples to
-/// no force: it is held by a spring, that of a straight line of members about its own axis with a note.
-/// Source: docs/theory.md, "Networks"
+/// node is a junction of this rank, or where a member is cut, or stands in a pack. An element's mass is halved between
+/// its ends; that of a member's end is at its junction, whatever the offset. Rotations have no mass. One that nothing
+/// resists couples to no force: it is held by a spring, that of a straight line of members about its own axis with a
+/// note. Source: docs/theory.md, "Networks"
 class Network final : public Structure {
  public:
   /// Which block of the points is that along x, y, z.
@@ -159,7 +149,8 @@ class Network final : public Structure {
   [[nodiscard]] const Axes& axes(std::size_t member) const { return axes_[member]; }
   [[nodiscard]] const std::vector<MemberKind>& kinds() const noexcept { return kinds_; }
   [[nodiscard]] std::size_t kind(std::size_t member) const { return member_kinds_[member]; }
-  [[nodiscard]] const std::vector<MemberPack>& packs() const noexcept { return packs_; }
+  /// Where the inner nodes of this rank's members stand.
+  [[nodiscard]] const MemberPacks& packs() const noexcept { return packs_; }
   /// Rank of each junction and member; equal on every rank.
   [[nodiscard]] const std::vector<int>& junction_ranks() const noexcept { return junction_ranks_; }
   [[nodiscard]] const std::vector<int>& member_ranks() const noexcept { return member_ranks_; }
@@ -200,18 +191,12 @@ class Network final : public Structure {
   std::vector<Axes> axes_;
   std::vector<MemberKind> kinds_;
   std::vector<std::size_t> member_kinds_;
-  std::vector<MemberPack> packs_;
+  MemberPacks packs_;
   std::vector<int> junction_ranks_;
   std::vector<int> member_ranks_;
   std::vector<std::size_t> own_junctions_;
   std::vector<std::size_t> junction_places_;  // of each junction, among its rank's
-  /// Where the inner nodes of a member of this rank stand.
-  struct InnerNodes {
-    std::size_t first = 0;
-    std::size_t stride = 0;
-  };
-  std::vector<InnerNodes> inner_nodes_;  // of each member
-  std::vector<std::size_t> rank_nodes_;  // nodes of all ranks before, then of all
+  std::vector<std::size_t> rank_nodes_;       // nodes of all ranks before, then of all
   std::size_t connected_parts_ = 1;
   std::vector<RotationSpring> rotation_springs_;
   std::vector<std::string> notes_;

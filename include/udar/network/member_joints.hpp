@@ -1,0 +1,84 @@
+#pragma once
+/// @file
+/// The chain recursion from span to span of members that are cut.
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "udar/network/member_sweep.hpp"
+#include "udar/network/member_tables.hpp"
+#include "udar/structure/member_packs.hpp"
+
+namespace udar::network {
+
+/// @brief Where a span is in packs, and what it shows and is told there.
+struct SpanLane {
+  const Condensed* shown = nullptr;
+  Bounds* bounds = nullptr;
+  std::size_t lane = 0;
+};
+
+/// @brief A node where a member is cut, member axes.
+struct CutNode {
+  std::array<double, 3> load{};      ///< force over K [m]
+  std::array<double, 3> stretch{};   ///< [m]
+  std::array<double, 3> rotation{};  ///< about the axes [rad]
+};
+
+/// @brief Members of a kind that are cut: between their spans go the states of the recursion, never stiffnesses that
+/// are differenced, so that cuts cost no digits however short spans are. Source: docs/theory.md, "Networks"
+class MemberJoints {
+ public:
+  /// @param ends of the whole member @param span, rest tables of its spans and of the shorter last one, if there is one
+  MemberJoints(const MemberTables& ends, const MemberTables& span, const MemberTables* rest, const MemberCut& cut);
+
+  /// @brief What a member shows at its ends, from what its spans show.
+  void condense(std::span<const SpanLane> spans, std::span<const CutNode> nodes, Condensed& member,
+                std::size_t lane) const;
+  /// @brief What bounds the spans, and the nodes between them, from what bounds the member.
+  void resolve(std::span<const SpanLane> spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const;
+
+ private:
+  using Pair = std::array<double, 2>;
+  /// A span in a bending plane, and the node before it; names as in docs/theory.md, "Networks".
+  struct Step {
+    std::array<double, 4> hold{};        // (1 + P J)^-1
+    std::array<double, 3> give{};        // (P^-1 + J)^-1
+    std::array<double, 3> inform{};      // (P + J^-1)^-1
+    std::array<double, 4> transfer{};    // Phi
+    std::array<double, 4> from_start{};  // transfer from the member's first end to its own
+    double release = 0.0;                // of the node
+    double turn = 0.0;
+    double deflect = 0.0;
+    Pair node_from_start{};  // transfer to its displacement
+  };
+  struct AxialStep {
+    double hold = 1.0;
+    double give = 0.0;
+    double inform = 0.0;
+    double transfer = 0.0;
+    double from_start = 0.0;
+    double release = 0.0;
+    double deflect = 0.0;
+    double node_from_start = 0.0;
+  };
+  using Spans = std::span<const SpanLane>;
+
+  void factor_plane(std::size_t plane, const MemberTables& span, const MemberTables* rest);
+  void factor_axial(const MemberTables& span, const MemberTables* rest);
+  void condense_plane(std::size_t plane, Spans spans, std::span<const CutNode> nodes, Condensed& member,
+                      std::size_t lane) const;
+  void condense_axial(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const;
+  void resolve_plane(std::size_t plane, Spans spans, std::span<CutNode> nodes, const Bounds& member,
+                     std::size_t lane) const;
+  void resolve_axial(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const;
+
+  const MemberTables* ends_;
+  MemberCut cut_;
+  std::array<std::vector<Step>, 2> steps_;
+  std::vector<AxialStep> axial_;
+};
+
+}  // namespace udar::network

@@ -1,0 +1,293 @@
+#include "udar/network/member_joints.hpp"
+
+#include <cmath>
+
+namespace udar::network {
+namespace {
+
+using Real = long double;
+using RealSymmetric = std::array<Real, 3>;  // 00, 01, 11
+using RealMatrix = std::array<Real, 4>;     // row by row
+using Vector = std::array<double, 2>;
+
+RealMatrix product(const RealMatrix& a, const RealMatrix& b) {
+  return {a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]};
+}
+/// The symmetric product of two matrices.
+RealSymmetric symmetric(const RealMatrix& a, const RealMatrix& b) {
+  const RealMatrix all = product(a, b);
+  return {all[0], (all[1] + all[2]) / 2, all[3]};
+}
+RealMatrix full(const RealSymmetric& s) { return {s[0], s[1], s[1], s[2]}; }
+RealMatrix transposed(const RealMatrix& m) { return {m[0], m[2], m[1], m[3]}; }
+
+/// (1 + P J)^-1; every term of the determinant is positive.
+RealMatrix held(const RealSymmetric& p, const RealSymmetric& j) {
+  const RealMatrix pj = product(full(p), full(j));
+  const Real determinant = 1 + pj[0] + pj[3] + (p[0] * p[2] - p[1] * p[1]) * (j[0] * j[2] - j[1] * j[1]);
+  return {(1 + pj[3]) / determinant, -pj[1] / determinant, -pj[2] / determinant, (1 + pj[0]) / determinant};
+}
+
+template <std::size_t Count>
+std::array<double, Count> rounded(const std::array<Real, Count>& values) {
+  std::array<double, Count> result{};
+  for (std::size_t i = 0; i < Count; ++i) {
+    result.at(i) = static_cast<double>(values.at(i));
+  }
+  return result;
+}
+
+Vector times(const std::array<double, 4>& m, const Vector& v) {
+  return {m[0] * v[0] + m[1] * v[1], m[2] * v[0] + m[3] * v[1]};
+}
+Vector transposed_times(const std::array<double, 4>& m, const Vector& v) {
+  return {m[0] * v[0] + m[2] * v[1], m[1] * v[0] + m[3] * v[1]};
+}
+Vector symmetric_times(const std::array<double, 3>& m, const Vector& v) {
+  return {m[0] * v[0] + m[1] * v[1], m[1] * v[0] + m[2] * v[1]};
+}
+Vector plus(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1]}; }
+Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1]}; }
+
+/// What a span shows in a plane: at its first end, and at its second one while that is free.
+struct Shown {
+  Vector first;
+  Vector second;
+  double first_rise;
+  double last_rise;
+
+  Shown(const SpanLane& span, std::size_t plane)
+      : first{span.shown->bending[plane][0][span.lane], span.shown->bending[plane][1][span.lane]},
+        second{span.shown->bending[plane][2][span.lane], span.shown->bending[plane][3][span.lane]},
+        first_rise{span.shown->rise[plane][0][span.lane]},
+        last_rise{span.shown->rise[plane][1][span.lane]} {}
+};
+
+}  // namespace
+
+MemberJoints::MemberJoints(const MemberTables& ends, const MemberTables& span, const MemberTables* rest,
+                           const MemberCut& cut)
+    : ends_{&ends}, cut_{cut} {
+  factor_plane(0, span, rest);
+  factor_plane(1, span, rest);
+  factor_axial(span, rest);
+}
+
+void MemberJoints::factor_plane(std::size_t plane, const MemberTables& span, const MemberTables* rest) {
+  const Real h = ends_->element_length();
+  const Real joint = ends_->node_stiffness() * h * h / static_cast<Real>(ends_->kind().joint[0][plane == 0 ? 2 : 1]);
+  RealSymmetric p{0, 0, std::isinf(joint) ? 0 : joint};
+  RealMatrix from_start{1, 0, 0, 1};
+  for (std::size_t k = 0; k < cut_.spans; ++k) {
+    Step step;
+    if (k > 0) {
+      const Real release = 1 / (p[0] + 1);
+      const Real turn = p[1] * release;
+      step.node_from_start = {static_cast<double>(from_start[0]), static_cast<double>(from_start[1])};
+      step.release = static_cast<double>(release);
+      step.deflect = static_cast<double>(p[0] * release);
+      step.turn = static_cast<double>(turn);
+      p = {p[0] * release, turn, p[2] - turn * p[1]};
+      from_start = product({release, 0, -turn, 1}, from_start);
+    }
+    const BendingTable::Open& open = (rest != nullptr && k + 1 == cut_.spans ? *rest : span).bending(plane).open;
+    const RealSymmetric& j = open.stiffness;
+    RealMatrix hold = held(p, j);
+    RealSymmetric give = symmetric(hold, full(p));
+    if (k == 0 && std::isinf(joint)) {  // the first end turns as it likes
+      hold = {1, 0, -j[1] / j[2], 0};
+      give = {0, 0, 1 / j[2]};
+    }
+    step.hold = rounded(hold);
+    step.give = rounded(give);
+    step.inform = rounded(symmetric(full(j), hold));
+    step.transfer = rounded(open.transfer);
+    step.from_start = rounded(from_start);
+    p = symmetric(product(open.transfer, full(give)), transposed(open.transfer));
+    for (std::size_t i = 0; i < 3; ++i) {
+      p[i] += open.compliance[i];
+    }
+    from_start = product(product(open.transfer, hold), from_start);
+    steps_[plane].push_back(step);
+  }
+}
+
+void MemberJoints::factor_axial(const MemberTables& span, const MemberTables* rest) {
+  Real p = 0;
+  Real from_start = 1;
+  for (std::size_t k = 0; k < cut_.spans; ++k) {
+    AxialStep step;
+    if (k > 0) {
+      const Real release = 1 / (p + 1);
+      step.node_from_start = static_cast<double>(from_start);
+      step.release = static_cast<double>(release);
+      step.deflect = static_cast<double>(p * release);
+      p *= release;
+      from_start *= release;
+    }
+    const AxialTable::Open& open = (rest != nullptr && k + 1 == cut_.spans ? *rest : span).axial().open;
+    const Real hold = 1 / (1 + p * open.stiffness);
+    step.hold = static_cast<double>(hold);
+    step.give = static_cast<double>(hold * p);
+    step.inform = static_cast<double>(hold * open.stiffness);
+    step.transfer = static_cast<double>(open.transfer);
+    step.from_start = static_cast<double>(from_start);
+    p = open.compliance + open.transfer * hold * p * open.transfer;
+    from_start *= open.transfer * hold;
+    axial_.push_back(step);
+  }
+}
+
+void MemberJoints::condense(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const {
+  condense_plane(0, spans, nodes, member, lane);
+  condense_plane(1, spans, nodes, member, lane);
+  condense_axial(spans, nodes, member, lane);
+}
+
+/// From a first end that stands still: state of the second while it is free, and what pushes the first.
+void MemberJoints::condense_plane(std::size_t plane, Spans spans, std::span<const CutNode> nodes, Condensed& member,
+                                  std::size_t lane) const {
+  Vector state{};
+  Vector pushed{};
+  double last_rise = 0.0;
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const Step& step = steps_[plane][k];
+    const Shown shown{spans[k], plane};
+    if (k > 0) {
+      const double load = nodes[k - 1].load[1 + plane];
+      const double news = load - state[0];
+      pushed[0] += step.node_from_start[0] * step.release * news;
+      pushed[1] += step.node_from_start[1] * step.release * news;
+      state = {load - step.release * news, state[1] + (last_rise - shown.first_rise) + step.turn * news};
+    } else {
+      member.rise[plane][0][lane] = shown.first_rise;
+    }
+    pushed = plus(pushed, transposed_times(step.from_start, minus(transposed_times(step.hold, shown.first),
+                                                                  symmetric_times(step.inform, state))));
+    state = plus(times(step.transfer, plus(times(step.hold, state), symmetric_times(step.give, shown.first))),
+                 shown.second);
+    last_rise = shown.last_rise;
+  }
+  member.rise[plane][1][lane] = last_rise;
+  const auto& k = ends_->bending(plane).stiffness;
+  for (std::size_t row = 0; row < 4; ++row) {
+    member.bending[plane][row][lane] = (row < 2 ? pushed[row] : 0.0) + k[row][2] * state[0] + k[row][3] * state[1];
+  }
+}
+
+void MemberJoints::condense_axial(Spans spans, std::span<const CutNode> nodes, Condensed& member,
+                                  std::size_t lane) const {
+  double state = 0.0;
+  double pushed = 0.0;
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const AxialStep& step = axial_[k];
+    const double first = spans[k].shown->axial[0][spans[k].lane];
+    const double second = spans[k].shown->axial[1][spans[k].lane];
+    if (k > 0) {
+      const double load = nodes[k - 1].load[0];
+      const double news = load - state;
+      pushed += step.node_from_start * step.release * news;
+      state = load - step.release * news;
+    }
+    pushed += step.from_start * (step.hold * first - step.inform * state);
+    state = step.transfer * (step.hold * state + step.give * first) + second;
+  }
+  const auto& stiffness = ends_->axial().stiffness;
+  member.axial[0][lane] = pushed + stiffness[1] * state;
+  member.axial[1][lane] = stiffness[2] * state;
+}
+
+void MemberJoints::resolve(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const {
+  resolve_plane(0, spans, nodes, member, lane);
+  resolve_plane(1, spans, nodes, member, lane);
+  resolve_axial(spans, nodes, member, lane);
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const double rise = member.twist_rise[lane];
+    const double twist = member.twist[lane] + static_cast<double>(k * cut_.length) * rise;
+    spans[k].bounds->twist[spans[k].lane] = twist;
+    spans[k].bounds->twist_rise[spans[k].lane] = rise;
+    if (k > 0) {
+      nodes[k - 1].rotation[0] = twist;
+    }
+  }
+}
+
+/// States on the way to the second end wait where the spans' bounds will be.
+void MemberJoints::resolve_plane(std::size_t plane, Spans spans, std::span<CutNode> nodes, const Bounds& member,
+                                 std::size_t lane) const {
+  Vector state{member.deflection[plane][lane], member.turn[plane][lane]};
+  double last_rise = 0.0;
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const Step& step = steps_[plane][k];
+    const Shown shown{spans[k], plane};
+    if (k > 0) {
+      const double load = nodes[k - 1].load[1 + plane];
+      const double news = load - state[0];
+      nodes[k - 1].stretch[1 + plane] = news;
+      state = {load - step.release * news, state[1] + (last_rise - shown.first_rise) + step.turn * news};
+    }
+    spans[k].bounds->deflection[plane][spans[k].lane] = state[0];
+    spans[k].bounds->turn[plane][spans[k].lane] = state[1];
+    state = plus(times(step.transfer, plus(times(step.hold, state), symmetric_times(step.give, shown.first))),
+                 shown.second);
+    last_rise = shown.last_rise;
+  }
+  Vector reaction{member.force[plane][lane], member.moment[plane][lane]};
+  for (std::size_t k = spans.size(); k-- > 0;) {
+    const Step& step = steps_[plane][k];
+    const Shown shown{spans[k], plane};
+    Bounds& bounds = *spans[k].bounds;
+    const std::size_t own = spans[k].lane;
+    const Vector before{bounds.deflection[plane][own], bounds.turn[plane][own]};
+    const Vector pushed = plus(transposed_times(step.transfer, reaction), shown.first);
+    const Vector start = plus(times(step.hold, before), symmetric_times(step.give, pushed));
+    bounds.deflection[plane][own] = start[0];
+    bounds.turn[plane][own] = start[1];
+    bounds.force[plane][own] = reaction[0];
+    bounds.moment[plane][own] = reaction[1];
+    reaction = minus(transposed_times(step.hold, pushed), symmetric_times(step.inform, before));
+    if (k > 0) {
+      CutNode& node = nodes[k - 1];
+      const double news = node.stretch[1 + plane];
+      const double stretch = step.deflect * reaction[0] + step.turn * reaction[1] - step.release * news;
+      node.stretch[1 + plane] = stretch + node.load[1 + plane];
+      node.rotation[2 - plane] = (plane == 0 ? 1.0 : -1.0) * (start[1] + shown.first_rise) / ends_->element_length();
+      reaction[0] -= stretch;
+    }
+  }
+}
+
+void MemberJoints::resolve_axial(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const {
+  double state = member.along[lane];
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    const AxialStep& step = axial_[k];
+    if (k > 0) {
+      const double load = nodes[k - 1].load[0];
+      const double news = load - state;
+      nodes[k - 1].stretch[0] = news;
+      state = load - step.release * news;
+    }
+    spans[k].bounds->along[spans[k].lane] = state;
+    state = step.transfer * (step.hold * state + step.give * spans[k].shown->axial[0][spans[k].lane]) +
+            spans[k].shown->axial[1][spans[k].lane];
+  }
+  double reaction = member.pull[lane];
+  for (std::size_t k = spans.size(); k-- > 0;) {
+    const AxialStep& step = axial_[k];
+    Bounds& bounds = *spans[k].bounds;
+    const std::size_t own = spans[k].lane;
+    const double before = bounds.along[own];
+    const double pushed = step.transfer * reaction + spans[k].shown->axial[0][own];
+    bounds.along[own] = step.hold * before + step.give * pushed;
+    bounds.pull[own] = reaction;
+    reaction = step.hold * pushed - step.inform * before;
+    if (k > 0) {
+      CutNode& node = nodes[k - 1];
+      const double stretch = step.deflect * reaction - step.release * node.stretch[0];
+      node.stretch[0] = stretch + node.load[0];
+      reaction -= stretch;
+    }
+  }
+}
+
+}  // namespace udar::network
