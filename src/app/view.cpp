@@ -110,7 +110,7 @@ void add_condensation(Description& built, const Network& network, const NetworkS
 /// What matrices cost, and whether the filter pays. @note Collective; a second of solves.
 void add_cost(Description& built, FilteredStructure& line) {
   PetscInt unknowns = 0;
-  UDAR_CALL(MatGetSize(line.structure().stiffness(), &unknowns, nullptr));
+  UDAR_CALL(MatGetSize(line.op(), &unknowns, nullptr));
   const FilterCost cost = measure_cost(line);
   const double ratio = cost.highest_frequency / line.filter_frequency();
   built.add("unknowns", static_cast<double>(unknowns));

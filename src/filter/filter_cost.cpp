@@ -11,6 +11,7 @@
 
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/network.hpp"
 
 namespace udar {
 namespace {
@@ -136,6 +137,9 @@ double factor_nonzeros(KSP solver) {
 }  // namespace
 
 double highest_frequency(const Structure& structure) {
+  if (const Network* network = structure.network(); network != nullptr) {
+    return network->highest_frequency();
+  }
   const MPI_Comm comm = structure.points().comm();
   ScaledStiffness scaled{structure};
   PetscInt local = 0;
@@ -174,15 +178,14 @@ FilterCost measure_cost(FilteredStructure& structure) {
   for (std::size_t c = 0; c < kTogether; ++c) {
     columns.push_back({.displacement = displacement.data() + c * count, .stretch = stretch.data() + c * count});
   }
-  const Mat stiffness = structure.structure().stiffness();
   petsc::Vector from;
   petsc::Vector to;
-  UDAR_CALL(MatCreateVecs(stiffness, from.put(), to.put()));
+  UDAR_CALL(MatCreateVecs(structure.op(), from.put(), to.put()));
   UDAR_CALL(VecSet(from, 1.0));
   FilterCost cost;
   cost.solve_time = least_time(comm, [&] { structure.solve({columns.data(), 1}); });
   cost.batch_time = least_time(comm, [&] { structure.solve(columns); }) / static_cast<double>(kTogether);
-  cost.product_time = least_time(comm, [&] { UDAR_CALL(MatMult(stiffness, from, to)); });
+  cost.product_time = least_time(comm, [&] { UDAR_CALL(MatMult(structure.op(), from, to)); });
   cost.highest_frequency = highest_frequency(structure.structure());
   cost.factor_nonzeros = factor_nonzeros(structure.solver());
   return cost;

@@ -120,23 +120,6 @@ std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wante
   return values;
 }
 
-/// Largest K_ii / m_i [1/s^2] of matrices.
-double largest_ratio(const Structure& structure) {
-  petsc::Vector diagonal;
-  UDAR_CALL(MatCreateVecs(structure.stiffness(), nullptr, diagonal.put()));
-  UDAR_CALL(MatGetDiagonal(structure.stiffness(), diagonal));
-  double largest = 0.0;
-  {
-    const petsc::ReadArray stiffness{diagonal};
-    const std::span<const double> mass = structure.points().mass();
-    for (std::size_t i = 0; i < mass.size(); ++i) {
-      largest = std::max(largest, stiffness.values()[i] / mass[i]);
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, structure.points().comm());
-  return largest;
-}
-
 std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with_shapes) {
   // A mode this slow compared with wf is a rigid motion seen through round-off, which assembled matrices have more of;
   // a value as close to one is the mass where the line is fixed.
@@ -144,7 +127,7 @@ std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   double rigid = kRigid;
   if (line.structure().chain() == nullptr) {
-    rigid = std::max(rigid, kRounding * largest_ratio(line.structure()) / std::pow(line.filter_frequency(), 2.0));
+    rigid = std::max(rigid, kRounding * line.structure().largest_ratio() / std::pow(line.filter_frequency(), 2.0));
   }
   const PetscInt count = wanted.count;
   wanted.count += line.structure().rigid_modes();
@@ -177,7 +160,7 @@ double first_guess(const Structure& structure) {
     }
     return softest * std::pow(std::numbers::pi * 1.5 / beam->length(), 2.0);
   }
-  return 1e-3 * std::sqrt(largest_ratio(structure));
+  return 1e-3 * std::sqrt(structure.largest_ratio());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "udar/filter/pc_network.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/shell_matrix.hpp"
 
 namespace udar {
 namespace {
@@ -25,17 +26,58 @@ void carry_to_end(const Place& arm, double* force) {
   force[5] -= arm.x * force[1] - arm.y * force[0];
 }
 
+/// What two nodes of an element do, less the translation of the first, and the forces that this takes.
+struct Strained {
+  std::array<double, 12> motion{};
+  std::array<double, 12> force{};
+
+  Strained(const FrameElement::Matrix& matrix, const std::array<double, 6>& left, const std::array<double, 6>& right) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      motion.at(k) = k < 3 ? 0.0 : left.at(k);
+      motion.at(6 + k) = right.at(k) - (k < 3 ? left.at(k) : 0.0);
+    }
+    for (std::size_t row = 0; row < 12; ++row) {
+      for (std::size_t k = 3; k < 12; ++k) {
+        force[row] += matrix[row][k] * motion[k];
+      }
+    }
+  }
+};
+
+/// Whether the element there is as those between.
+bool plain(const MemberEnd& end) {
+  return end.offset.x == 0.0 && end.offset.y == 0.0 && end.offset.z == 0.0 &&
+         std::ranges::all_of(end.joint, [](double joint) { return std::isinf(joint); });
+}
+
 }  // namespace
 
 NetworkOperator::NetworkOperator(const Network& network, double filter_frequency)
-    : AssembledOperator{network.stiffness(), network.points(), filter_frequency, Translation::by_direction},
+    : ScaledOperator{network.comm(), network.points(), filter_frequency},
       network_{&network},
       filter_frequency_{filter_frequency} {
-  compose_network(op(), *this);
   prepare_gather();
+  list_springs();
+  list_held();
+  find_scale();
+  op_ = petsc::symmetric_shell<&NetworkOperator::multiply>(comm(), static_cast<PetscInt>(unknowns()),
+                                                           6 * static_cast<PetscInt>(network.total_nodes()), *this);
+  compose_network(op_, *this);
+}
+
+Mat NetworkOperator::matrix() {
+  if (matrix_ == nullptr) {
+    matrix_ = assembled(network_->stiffness());
+    compose_network(matrix_, *this);
+  }
+  return matrix_;
 }
 
 const char* NetworkOperator::solver_type() const { return kPcNetwork; }
+
+std::size_t NetworkOperator::unknown(std::size_t local, std::size_t freedom) const {
+  return (3 * (freedom / 3) + Network::kBlock.at(freedom % 3)) * network_->nodes() + local;
+}
 
 void NetworkOperator::prepare_gather() {
   const std::vector<Member>& members = network_->parameters().members;
@@ -55,16 +97,156 @@ void NetworkOperator::prepare_gather() {
   }
   const auto count = static_cast<PetscInt>(rows.size());
   petsc::IndexSet from;
-  UDAR_CALL(MatCreateVecs(op(), all_.put(), nullptr));
+  UDAR_CALL(VecCreateMPI(comm(), static_cast<PetscInt>(6 * network_->nodes()), PETSC_DETERMINE, all_.put()));
   UDAR_CALL(ISCreateGeneral(PETSC_COMM_SELF, count, rows.data(), PETSC_COPY_VALUES, from.put()));
   UDAR_CALL(VecCreateSeq(PETSC_COMM_SELF, count, of_junctions_.put()));
   UDAR_CALL(VecScatterCreate(all_, from, of_junctions_, nullptr, gather_.put()));
 }
 
+/// Those of junctions to the ground, and those of rotations that nothing else resists.
+void NetworkOperator::list_springs() {
+  const NetworkParameters& given = network_->parameters();
+  const std::vector<std::size_t>& own = network_->own_junctions();
+  for (std::size_t local = 0; local < own.size(); ++local) {
+    const Junction& junction = given.junctions[own[local]];
+    for (std::size_t freedom = 0; freedom < 6; ++freedom) {
+      if (junction.stiffness.at(freedom) > 0.0 && !junction.held.at(freedom)) {
+        Spring& spring = springs_.emplace_back(
+            Spring{.local = local, .first = freedom / 3 * 3, .stiffness = junction.stiffness.at(freedom)});
+        spring.axis.at(freedom % 3) = 1.0;
+      }
+    }
+  }
+  for (const auto& [junction, axis, stiffness] : network_->rotation_springs()) {
+    if (network_->junction_ranks()[junction] == network_->rank()) {
+      const std::array<bool, 6>& held = given.junctions[junction].held;
+      springs_.push_back({.local = network_->junction_node(junction).local,
+                          .first = 3,
+                          .axis = {held[3] ? 0.0 : axis.x, held[4] ? 0.0 : axis.y, held[5] ? 0.0 : axis.z},
+                          .stiffness = stiffness});
+    }
+  }
+  for (std::size_t number = 0; number < given.members.size(); ++number) {
+    const Member& member = given.members[number];
+    if (network_->member_ranks()[number] == network_->rank() && member.elements > 1 && member.ends[0].joint[0] == 0.0 &&
+        member.ends[1].joint[0] == 0.0) {  // it turns about its own axis
+      springs_.push_back({.local = network_->node(number, 1).local,
+                          .first = 3,
+                          .axis = network_->axes(number)[0],
+                          .stiffness = given.sections[member.section].torsion() /
+                                       network_->kinds()[network_->kind(number)].element_length});
+    }
+  }
+}
+
+/// With the diagonal of `Network::stiffness` for now.
+void NetworkOperator::list_held() {
+  const NetworkParameters& given = network_->parameters();
+  const std::vector<std::size_t>& own = network_->own_junctions();
+  std::vector<std::array<double, 2>> diagonal(own.size(), {0.0, 0.0});
+  for (std::size_t number = 0; number < given.members.size(); ++number) {
+    for (const MemberEnd& end : given.members[number].ends) {
+      if (network_->junction_ranks()[end.junction] == network_->rank()) {
+        for (const std::size_t rotation : {0U, 1U}) {
+          diagonal[network_->junction_node(end.junction).local].at(rotation) +=
+              scale_of(given.sections[given.members[number].section],
+                       network_->kinds()[network_->kind(number)].element_length, rotation == 1);
+        }
+      }
+    }
+  }
+  for (std::size_t local = 0; local < own.size(); ++local) {
+    for (std::size_t freedom = 0; freedom < 6; ++freedom) {
+      if (given.junctions[own[local]].held.at(freedom)) {
+        held_.emplace_back(unknown(local, freedom), diagonal[local].at(freedom / 3));
+      }
+    }
+  }
+}
+
+void NetworkOperator::find_scale() {
+  Sums sums = no_sums();
+  each_element([&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix) {
+    for (std::size_t row = 0; row < 12; ++row) {
+      sum_at(sums, placed, row) += matrix[row][row];
+    }
+  });
+  for (const auto& [local, first, axis, stiffness] : springs_) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums.own[unknown(local, first + k)] += stiffness * axis.at(k) * axis.at(k);
+    }
+  }
+  add_up(sums);
+  for (const auto& [unknown, diagonal] : held_) {
+    sums.own[unknown] = diagonal;
+  }
+  set_scale(sums.own);
+  for (auto& [unknown, diagonal] : held_) {
+    diagonal = (diagonal + ground(unknown)) * scale()[unknown] * scale()[unknown];
+  }
+}
+
+double NetworkOperator::norm() const {
+  const std::size_t points = mass().size();
+  Sums sums = no_sums();
+  visit_elements(scale().data(), scale().data() + points,
+                 [&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
+                     const Motion& left, const Motion& right) {
+                   for (std::size_t row = 0; row < 12; ++row) {
+                     double& sum = sum_at(sums, placed, row);
+                     for (std::size_t k = 0; k < 6; ++k) {
+                       sum += std::abs(matrix[row][k]) * left.at(k) + std::abs(matrix[row][6 + k]) * right.at(k);
+                     }
+                   }
+                 });
+  for (const auto& [local, first, axis, stiffness] : springs_) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        sums.own[unknown(local, first + i)] +=
+            stiffness * std::abs(axis.at(i) * axis.at(k)) * scale()[unknown(local, first + k)];
+      }
+    }
+  }
+  add_up(sums);
+  for (std::size_t i = 0; i < sums.own.size(); ++i) {
+    sums.own[i] = scale()[i] * (sums.own[i] + ground(i) * scale()[i]);
+  }
+  for (const auto& [unknown, diagonal] : held_) {
+    sums.own[unknown] = diagonal;
+  }
+  double norm = sums.own.empty() ? 0.0 : std::ranges::max(sums.own);
+  MPI_Allreduce(MPI_IN_PLACE, &norm, 1, MPI_DOUBLE, MPI_MAX, comm());
+  return norm;
+}
+
+void NetworkOperator::multiply(std::span<const double> x, std::span<double> y) {
+  const std::size_t points = mass().size();
+  std::vector<double> motion(x.size());
+  for (std::size_t i = 0; i < motion.size(); ++i) {
+    motion[i] = scale()[i] * x[i];
+  }
+  const std::vector<double> force = forces(motion.data(), motion.data() + points);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    y[i] = scale()[i] * (force[i] + ground(i) * motion[i]);
+  }
+  for (const auto& [unknown, diagonal] : held_) {
+    y[unknown] = diagonal * x[unknown];
+  }
+}
+
+void NetworkOperator::right_hand_side(const FilterColumn& column, std::span<double> values) const {
+  const std::vector<double> force = forces(column.displacement, nullptr);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double given = i < mass().size() && column.force != nullptr ? column.force[i] : 0.0;
+    values[i] = scale()[i] * (given - force[i]);
+  }
+  for (const auto& [unknown, diagonal] : held_) {
+    values[unknown] = 0.0;
+  }
+}
+
 void NetworkOperator::extract(std::span<const double> unknowns, const FilterColumn& column) const {
-  FilterColumn stretch = column;
-  stretch.internal = nullptr;
-  AssembledOperator::extract(unknowns, stretch);
+  extract_stretch(unknowns, column);
   const std::size_t points = mass().size();
   for (std::size_t i = 0; column.internal != nullptr && i < points; ++i) {
     column.internal[i] = scale()[points + i] * unknowns[points + i];
@@ -80,26 +262,78 @@ void NetworkOperator::unknowns_of(const FilterColumn& column, std::span<double> 
   }
 }
 
-/// Displacements and rotations of the junctions that members of this rank end at.
-void NetworkOperator::gather(std::span<const double> internal) const {
+/// Displacements and rotations of the junctions that members of this rank end at; what is held stays.
+void NetworkOperator::gather(const double* displacement, const double* rotation) const {
   const std::size_t points = mass().size();
   {
     const petsc::WriteArray values{all_};
-    std::copy_n(internal.data() + points, points, values.values());
-    std::copy_n(internal.data(), points, values.values() + points);
+    std::copy_n(displacement, points, values.values());
+    if (rotation != nullptr) {
+      std::copy_n(rotation, points, values.values() + points);
+    } else {
+      std::fill_n(values.values() + points, points, 0.0);
+    }
+    for (const auto& [unknown, diagonal] : held_) {
+      values.values()[unknown] = 0.0;
+    }
   }
   UDAR_CALL(VecScatterBegin(gather_, all_, of_junctions_, INSERT_VALUES, SCATTER_FORWARD));
   UDAR_CALL(VecScatterEnd(gather_, all_, of_junctions_, INSERT_VALUES, SCATTER_FORWARD));
 }
 
-/// visit(axes, element, motion, force): what both nodes do, less the translation of the first, and the forces that this
-/// takes, twelve of each in global axes; by member, then element.
+NetworkOperator::Sums NetworkOperator::no_sums() const {
+  return {.own = std::vector<double>(2 * mass().size(), 0.0),
+          .junction = std::vector<double>(6 * touched_.size(), 0.0)};
+}
+
+double& NetworkOperator::sum_at(Sums& sums, const Placed& placed, std::size_t row) const {
+  const std::size_t node = row / 6;
+  return placed.at_junction.at(node) ? sums.junction[6 * placed.where.at(node) + row % 6]
+                                     : sums.own[unknown(placed.where.at(node), row % 6)];
+}
+
+/// What this rank's members do to junctions, to whoever has these.
+void NetworkOperator::add_up(Sums& sums) const {
+  {
+    const petsc::WriteArray values{all_};
+    std::ranges::copy(sums.own, values.values());
+    const petsc::WriteArray junctions{of_junctions_};
+    std::ranges::copy(sums.junction, junctions.values());
+  }
+  UDAR_CALL(VecScatterBegin(gather_, of_junctions_, all_, ADD_VALUES, SCATTER_REVERSE));
+  UDAR_CALL(VecScatterEnd(gather_, of_junctions_, all_, ADD_VALUES, SCATTER_REVERSE));
+  const petsc::ReadArray values{all_};
+  std::copy_n(values.values(), sums.own.size(), sums.own.begin());
+}
+
+/// C times displacements and rotations of this rank's nodes, null for none.
+std::vector<double> NetworkOperator::forces(const double* displacement, const double* rotation) const {
+  Sums sums = no_sums();
+  visit_elements(displacement, rotation,
+                 [&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
+                     const Motion& left, const Motion& right) {
+                   const Strained strained{matrix, left, right};
+                   for (std::size_t row = 0; row < 12; ++row) {
+                     sum_at(sums, placed, row) += strained.force[row];
+                   }
+                 });
+  for (const auto& [local, first, axis, stiffness] : springs_) {
+    const double* values = first == 0 ? displacement : rotation;
+    double moved = 0.0;
+    for (std::size_t k = 0; values != nullptr && k < 3; ++k) {
+      moved += axis.at(k) * values[unknown(local, k)];
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      sums.own[unknown(local, first + k)] += stiffness * moved * axis.at(k);
+    }
+  }
+  add_up(sums);
+  return std::move(sums.own);
+}
+
+/// visit(placed, element, matrix), by member, then from its first end.
 template <class Visit>
-void NetworkOperator::visit_elements(std::span<const double> internal, const Visit& visit) const {
-  gather(internal);
-  const petsc::ReadArray junctions{of_junctions_};
-  const std::size_t nodes = network_->nodes();
-  const std::size_t points = mass().size();
+void NetworkOperator::each_element(const Visit& visit) const {
   const NetworkParameters& given = network_->parameters();
   for (std::size_t number = 0; number < given.members.size(); ++number) {
     if (network_->member_ranks()[number] != network_->rank()) {
@@ -107,44 +341,55 @@ void NetworkOperator::visit_elements(std::span<const double> internal, const Vis
     }
     const Member& member = given.members[number];
     const double length = network_->kinds()[network_->kind(number)].element_length;
-    const auto motion_of = [&](std::size_t i) {
-      Motion motion{};
-      if (i == 0 || i == member.elements) {
-        const auto at = std::ranges::lower_bound(touched_, member.ends.at(i == 0 ? 0 : 1).junction) - touched_.begin();
-        std::copy_n(junctions.values() + 6 * at, 6, motion.begin());
-        return motion;
-      }
-      const std::size_t local = network_->node(number, i).local;
-      for (std::size_t k = 0; k < 3; ++k) {
-        motion.at(k) = internal[points + Network::kBlock.at(k) * nodes + local];
-        motion.at(3 + k) = internal[Network::kBlock.at(k) * nodes + local];
-      }
-      return motion;
+    const auto junction_at = [&](std::size_t end) {
+      return static_cast<std::size_t>(std::ranges::lower_bound(touched_, member.ends.at(end).junction) -
+                                      touched_.begin());
     };
     FrameElement element;
     FrameElement::Matrix matrix{};
-    Motion left = motion_of(0);
+    Placed placed{.member = number, .at_junction = {true, false}, .where = {junction_at(0), 0}};
     for (std::size_t i = 0; i < member.elements; ++i) {
-      if (i < 2 || i + 1 == member.elements) {  // all between are alike
+      const bool last = i + 1 == member.elements;
+      if (i == 0 || (i == 1 && !plain(member.ends[0])) || (last && !plain(member.ends[1]))) {  // others are alike
         element = element_of(member, length, i);
         matrix = element.stiffness(given.sections[member.section], network_->axes(number));
       }
-      const Motion right = motion_of(i + 1);
-      std::array<double, 12> motion{};
-      std::array<double, 12> force{};
-      for (std::size_t k = 0; k < 6; ++k) {
-        motion.at(k) = k < 3 ? 0.0 : left.at(k);
-        motion.at(6 + k) = right.at(k) - (k < 3 ? left.at(k) : 0.0);
-      }
-      for (std::size_t row = 0; row < 12; ++row) {
-        for (std::size_t k = 0; k < 12; ++k) {
-          force.at(row) += matrix[row][k] * motion.at(k);
-        }
-      }
-      visit(network_->axes(number), element, motion, force);
-      left = right;
+      placed.at_junction[1] = last;
+      placed.where[1] = last ? junction_at(1) : network_->node(number, i + 1).local;
+      visit(placed, element, matrix);
+      placed.at_junction[0] = false;
+      placed.where[0] = placed.where[1];
     }
   }
+}
+
+/// visit(placed, element, matrix, left, right), with what both nodes do. @param rotation null for none
+template <class Visit>
+void NetworkOperator::visit_elements(const double* displacement, const double* rotation, const Visit& visit) const {
+  gather(displacement, rotation);
+  const petsc::ReadArray junctions{of_junctions_};
+  const auto motion_of = [&](const Placed& placed, std::size_t node) {
+    Motion motion{};
+    if (placed.at_junction.at(node)) {
+      std::copy_n(junctions.values() + 6 * placed.where.at(node), 6, motion.begin());
+      return motion;
+    }
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t at = unknown(placed.where.at(node), k);
+      motion.at(k) = displacement[at];
+      motion.at(3 + k) = rotation != nullptr ? rotation[at] : 0.0;
+    }
+    return motion;
+  };
+  Motion left{};
+  each_element([&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix) {
+    if (placed.at_junction[0]) {
+      left = motion_of(placed, 0);
+    }
+    const Motion right = motion_of(placed, 1);
+    visit(placed, element, matrix, left, right);
+    left = right;
+  });
 }
 
 std::span<const FieldInfo> NetworkOperator::internal_fields() const {
@@ -169,41 +414,45 @@ std::size_t NetworkOperator::internal_places() const {
 void NetworkOperator::internal_values(std::span<const double> internal, std::span<double> values) const {
   const std::size_t places = internal_places();
   std::size_t cell = 0;
-  visit_elements(internal, [&](const Axes& axes, const FrameElement& element, const std::array<double, 12>& /*motion*/,
-                               std::array<double, 12> force) {
-    carry_to_end(element.arm[0], force.data());
-    carry_to_end(element.arm[1], force.data() + 6);
-    const double* first = force.data() + 3;
-    const double* last = force.data() + 9;
-    values[cell] = component(axes[0], force.data() + 6);
-    values[places + cell] = component(axes[1], force.data() + 6);
-    values[2 * places + cell] = component(axes[2], force.data() + 6);
-    values[3 * places + cell] = component(axes[0], last);
-    values[4 * places + cell] = larger(-component(axes[1], first), component(axes[1], last));
-    values[5 * places + cell] = larger(-component(axes[2], first), component(axes[2], last));
-    ++cell;
-  });
+  visit_elements(internal.data() + mass().size(), internal.data(),
+                 [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
+                     const Motion& left, const Motion& right) {
+                   std::array<double, 12> force = Strained{matrix, left, right}.force;
+                   const Axes& axes = network_->axes(placed.member);
+                   carry_to_end(element.arm[0], force.data());
+                   carry_to_end(element.arm[1], force.data() + 6);
+                   const double* first = force.data() + 3;
+                   const double* last = force.data() + 9;
+                   values[cell] = component(axes[0], force.data() + 6);
+                   values[places + cell] = component(axes[1], force.data() + 6);
+                   values[2 * places + cell] = component(axes[2], force.data() + 6);
+                   values[3 * places + cell] = component(axes[0], last);
+                   values[4 * places + cell] = larger(-component(axes[1], first), component(axes[1], last));
+                   values[5 * places + cell] = larger(-component(axes[2], first), component(axes[2], last));
+                   ++cell;
+                 });
 }
 
 double NetworkOperator::strain_energy(std::span<const double> /*displacement*/,
                                       std::span<const double> internal) const {
-  double energy = 0.0;
-  visit_elements(internal, [&](const Axes& /*axes*/, const FrameElement& /*element*/,
-                               const std::array<double, 12>& motion, const std::array<double, 12>& force) {
-    for (std::size_t k = 0; k < 12; ++k) {
-      energy += 0.5 * motion.at(k) * force.at(k);
-    }
-  });
-  const std::size_t nodes = network_->nodes();
   const std::size_t points = mass().size();
-  const std::vector<std::size_t>& own = network_->own_junctions();
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const std::array<double, 6>& spring = network_->parameters().junctions[own[i]].stiffness;
+  const double* displacement = internal.data() + points;
+  double energy = 0.0;
+  visit_elements(displacement, internal.data(),
+                 [&](const Placed& /*placed*/, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
+                     const Motion& left, const Motion& right) {
+                   const Strained strained{matrix, left, right};
+                   for (std::size_t k = 0; k < 12; ++k) {
+                     energy += 0.5 * strained.motion[k] * strained.force[k];
+                   }
+                 });
+  for (const auto& [local, first, axis, stiffness] : springs_) {
+    const double* values = first == 0 ? displacement : internal.data();
+    double moved = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double moved = internal[points + Network::kBlock.at(k) * nodes + i];
-      const double turned = internal[Network::kBlock.at(k) * nodes + i];
-      energy += 0.5 * (spring.at(k) * moved * moved + spring.at(3 + k) * turned * turned);
+      moved += axis.at(k) * values[unknown(local, k)];
     }
+    energy += 0.5 * stiffness * moved * moved;
   }
   return energy;
 }

@@ -35,7 +35,6 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
     }
     solver_ = std::make_unique<NetworkSolver>(operator_->network(), operator_->filter_frequency());
     moments_.reset();
-    find_held();
   }
 
   /// Right-hand sides of the scaled frame.
@@ -71,7 +70,7 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
         columns[c].solution[i] = all[c].stretch[i] / scale[i];
         columns[c].solution[points + i] = (all[c].internal[i] + turned[i]) / scale[points + i];
       }
-      for (const auto& [unknown, diagonal] : held_) {
+      for (const auto& [unknown, diagonal] : operator_->held()) {
         columns[c].solution[unknown] = columns[c].right[unknown] / diagonal;
       }
     }
@@ -99,30 +98,9 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
   [[nodiscard]] NetworkSolver* solver() const { return solver_.get(); }
 
  private:
-  /// Unknowns that never move have rows of the identity, of some size.
-  void find_held() {
-    const Network& network = operator_->network();
-    petsc::Vector diagonal;
-    PetscInt begin = 0;
-    UDAR_CALL(MatCreateVecs(operator_->op(), diagonal.put(), nullptr));
-    UDAR_CALL(MatGetDiagonal(operator_->op(), diagonal));
-    UDAR_CALL(VecGetOwnershipRange(diagonal, &begin, nullptr));
-    const petsc::ReadArray values{diagonal};
-    held_.clear();
-    for (const std::size_t junction : network.own_junctions()) {
-      for (std::size_t freedom = 0; freedom < 6; ++freedom) {
-        if (network.parameters().junctions[junction].held.at(freedom)) {
-          const auto unknown = static_cast<std::size_t>(network.row(network.junction_node(junction), freedom) - begin);
-          held_.emplace_back(unknown, values.values()[unknown]);
-        }
-      }
-    }
-  }
-
   const NetworkOperator* operator_ = nullptr;
   std::unique_ptr<NetworkSolver> solver_;
   std::unique_ptr<InnerMoments> moments_;
-  std::vector<std::pair<std::size_t, double>> held_;  // local unknown, its diagonal entry
 };
 
 }  // namespace

@@ -325,4 +325,20 @@ void ImportedStructure::describe(Description& all) const {
   all.add("stiffness and masses, checksum", std::to_string(checksum_));
 }
 
+double ImportedStructure::largest_ratio() const {
+  petsc::Vector diagonal;
+  UDAR_CALL(MatCreateVecs(stiffness_, nullptr, diagonal.put()));
+  UDAR_CALL(MatGetDiagonal(stiffness_, diagonal));
+  double largest = 0.0;
+  {
+    const petsc::ReadArray stiffness{diagonal};
+    const std::span<const double> mass = points_->mass();
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      largest = std::max(largest, stiffness.values()[i] / mass[i]);
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &largest, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  return largest;
+}
+
 }  // namespace udar

@@ -315,6 +315,40 @@ Mat Network::stiffness() const {
   return stiffness_;
 }
 
+double Network::largest_ratio() const {
+  // At a node between equal elements; where others meet it is the mean of theirs by mass.
+  double largest = 0.0;
+  for (const MemberKind& kind : kinds_) {
+    const MemberSection& section = parameters_.sections[kind.section];
+    const double h = kind.element_length;
+    double stiffness = section.axial() / h;
+    for (std::size_t plane = 0; plane < 2; ++plane) {
+      stiffness = std::max(stiffness,
+                           1.0 / (h * h * h / (12.0 * section.bending(plane)) + h * section.shear_compliance(plane)));
+    }
+    largest = std::max(largest, 2.0 * stiffness / (section.mass_per_length() * h));
+  }
+  const std::vector<double> masses = junction_masses(*this);
+  double spring = 0.0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    const std::array<double, 6>& stiffness = parameters_.junctions[i].stiffness;
+    spring = std::max(spring, std::max({stiffness[0], stiffness[1], stiffness[2]}) / masses[i]);
+  }
+  return largest + spring;
+}
+
+double Network::highest_frequency() const {
+  double highest = 0.0;
+  for (const MemberKind& kind : kinds_) {
+    const MemberSection& section = parameters_.sections[kind.section];
+    const double h = kind.element_length;
+    const double bending = std::max(section.bending(0), section.bending(1));
+    highest = std::max({highest, 2.0 / h * std::sqrt(section.axial() / section.mass_per_length()),
+                        4.0 / (h * h) * std::sqrt(bending / section.mass_per_length())});
+  }
+  return highest;
+}
+
 Topology Network::topology() const {
   Topology topology{.name = "network", .shape = Topology::Shape::line, .corners = {}};
   for (std::size_t point = 0; point < points_->points(); ++point) {

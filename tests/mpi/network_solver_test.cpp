@@ -308,7 +308,7 @@ TEST(NetworkSolver, InvertsTheAssembledFrame) {
   house.junctions[0].held = {true, false, true, false, true, false};
   house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
   const Network network{PETSC_COMM_WORLD, house};
-  const NetworkOperator frame{network, 300.0};
+  NetworkOperator frame{network, 300.0};
   petsc::LinearSolver solver;
   ASSERT_EQ(register_pc_network(), 0);
   UDAR_CALL(KSPCreate(PETSC_COMM_WORLD, solver.put()));
@@ -329,7 +329,7 @@ TEST(NetworkSolver, InvertsTheAssembledFrame) {
     }
   }
   UDAR_CALL(KSPSolve(solver, right, solution));
-  UDAR_CALL(MatMult(frame.op(), solution, residual));
+  UDAR_CALL(MatMult(frame.matrix(), solution, residual));
   UDAR_CALL(VecAXPY(residual, -1.0, right));
   double wrong = 0.0;
   double size = 0.0;
@@ -337,6 +337,64 @@ TEST(NetworkSolver, InvertsTheAssembledFrame) {
   UDAR_CALL(VecNorm(solution, NORM_INFINITY, &size));
   EXPECT_GT(size, 0.0);
   EXPECT_LE(wrong, 1e-12 * frame.norm() * size);
+}
+
+/// The product by elements is that of the assembled frame, of whatever there is; right-hand sides and a bound, too.
+TEST(NetworkOperator, IsTheAssembledFrame) {
+  NetworkParameters house = small_house(kTurn);
+  house.junctions[0].held = {true, false, true, false, true, false};
+  house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
+  house.junctions[4].stiffness = {0.0, 3e6, 0.0, 1e4, 0.0, 0.0};
+  const Network network{PETSC_COMM_WORLD, house};
+  NetworkOperator frame{network, 300.0};
+  petsc::Vector given;
+  petsc::Vector by_elements;
+  petsc::Vector by_matrix;
+  UDAR_CALL(MatCreateVecs(frame.op(), given.put(), by_elements.put()));
+  UDAR_CALL(VecDuplicate(given, by_matrix.put()));
+  double size = 0.0;
+  double wrong = 0.0;
+  const auto difference = [&] {
+    UDAR_CALL(VecNorm(by_matrix, NORM_INFINITY, &size));
+    UDAR_CALL(VecAXPY(by_matrix, -1.0, by_elements));
+    UDAR_CALL(VecNorm(by_matrix, NORM_INFINITY, &wrong));
+  };
+  {
+    const petsc::WriteArray values{given};
+    for (std::size_t i = 0; i < frame.unknowns(); ++i) {
+      values.values()[i] = std::sin(3.0 * static_cast<double>(i) + static_cast<double>(world_rank()));
+    }
+  }
+  UDAR_CALL(MatMult(frame.op(), given, by_elements));
+  UDAR_CALL(MatMult(frame.matrix(), given, by_matrix));
+  difference();
+  EXPECT_LE(wrong, 1e-14 * size);
+  double exact = 0.0;
+  UDAR_CALL(MatNorm(frame.matrix(), NORM_INFINITY, &exact));
+  EXPECT_GE(frame.norm(), exact * (1.0 - 1e-14));
+  EXPECT_LE(frame.norm(), 4.0 * exact);
+  // wf^2 M u less the right-hand side of u is the product with u.
+  const std::vector<double> displacement = dealt(network, smooth_motion(house, false, 0.0).displacement);
+  {
+    const petsc::WriteArray values{given};
+    std::fill_n(values.values(), frame.unknowns(), 0.0);
+    for (std::size_t i = 0; i < displacement.size(); ++i) {
+      values.values()[i] = network.points().fixed(i) ? 0.0 : displacement[i] / frame.scale()[i];
+    }
+  }
+  UDAR_CALL(MatMult(frame.matrix(), given, by_matrix));
+  {
+    const petsc::WriteArray values{by_elements};
+    frame.right_hand_side({.displacement = displacement.data()}, {values.values(), frame.unknowns()});
+    for (std::size_t i = 0; i < frame.unknowns(); ++i) {
+      const bool point = i < displacement.size();
+      const double ground =
+          point && !network.points().fixed(i) ? 9e4 * frame.mass()[i] * frame.scale()[i] * displacement[i] : 0.0;
+      values.values()[i] = ground - values.values()[i];
+    }
+  }
+  difference();
+  EXPECT_LE(wrong, 1e-13 * size);
 }
 
 /// Energy and forces of a stretched and bent net, and what the filter's check says of it.

@@ -15,7 +15,7 @@ struct FilterCost {
   double highest_frequency = 0.0;  ///< w_max of the structure without a filter [rad/s]
   double solve_time = 0.0;         ///< of one column [s]
   double batch_time = 0.0;         ///< of one column of four solved together [s]
-  double product_time = 0.0;       ///< with the stiffness [s]
+  double product_time = 0.0;       ///< with the operator [s]
   double factor_nonzeros = 0.0;    ///< of all ranks; 0: the solver does not tell
 
   static constexpr double kImpactSolves = 25.0;
@@ -25,7 +25,7 @@ struct FilterCost {
 };
 
 /// @brief Highest frequency of a structure without a filter [rad/s], by SLEPc's Lanczos method on M^(-1/2) C M^(-1/2),
-/// from which unknowns without mass are eliminated, to 1e-3 of it.
+/// from which unknowns without mass are eliminated, to 1e-3 of it; of a network as `Network::highest_frequency`.
 /// @param structure not a chain @note Collective. @throws SolveError if SLEPc does not converge
 [[nodiscard]] double highest_frequency(const Structure& structure);
 

@@ -2,33 +2,45 @@
 /// @file
 /// The filter's operator of a network.
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "udar/filter/assembled.hpp"
+#include "udar/filter/scaled_operator.hpp"
 #include "udar/petsc/handle.hpp"
 #include "udar/structure/network.hpp"
 
 namespace udar {
 
-/// @brief wf^2 M + C of a network: the assembled frame is what solutions are checked with and other solvers take,
-/// `NetworkSolver` is what solves.
+struct FrameElement;
+
+/// @brief wf^2 M + C of a network: `NetworkSolver` is what solves, the product by elements what solutions are checked
+/// with; it takes differences along elements first, so that a translation gives nothing. The assembled frame is made
+/// for those that ask for it.
 ///
 /// Internal numbers, two for each point: of the node about the axis along which the point moves the rotation of the
 /// line [rad]; after those of all points its displacement Yc from where it is unstressed [m]. Source: docs/theory.md,
 /// "Networks"
-class NetworkOperator final : public AssembledOperator {
+class NetworkOperator final : public ScaledOperator {
  public:
   /// @param network must live as long @param filter_frequency wf [rad/s], finite @note Collective.
   NetworkOperator(const Network& network, double filter_frequency);
 
   [[nodiscard]] const Network& network() const noexcept { return *network_; }
   [[nodiscard]] double filter_frequency() const noexcept { return filter_frequency_; }
+  /// Local unknowns that never move, and what stands on their diagonal.
+  [[nodiscard]] const std::vector<std::pair<std::size_t, double>>& held() const noexcept { return held_; }
 
+  [[nodiscard]] Mat op() const override { return op_; }
+  [[nodiscard]] Mat matrix() override;
+  /// That of the elements' matrices added by size: at most a few times that of their sum.
+  [[nodiscard]] double norm() const override;
   [[nodiscard]] const char* solver_type() const override;
   [[nodiscard]] std::string block_form_reason() const override { return {}; }
+  void right_hand_side(const FilterColumn& column, std::span<double> values) const override;
   void extract(std::span<const double> unknowns, const FilterColumn& column) const override;
   void unknowns_of(const FilterColumn& column, std::span<double> unknowns) const override;
   [[nodiscard]] std::size_t internal_numbers() const override { return 2; }
@@ -43,10 +55,40 @@ class NetworkOperator final : public AssembledOperator {
  private:
   /// Displacement and rotation of a node, three and three.
   using Motion = std::array<double, 6>;
+  /// An element of this rank's members.
+  struct Placed {
+    std::size_t member = 0;
+    std::array<bool, 2> at_junction{};   ///< whether its nodes are junctions
+    std::array<std::size_t, 2> where{};  ///< of junctions the place in `touched_`, else the local node
+  };
+  /// A stiffness against the motion of a local node along, or its rotation about, an axis.
+  struct Spring {
+    std::size_t local = 0;
+    std::size_t first = 0;  // freedom: 0 displacement, 3 rotation
+    std::array<double, 3> axis{};
+    double stiffness = 0.0;
+  };
+  /// Of this rank's unknowns, and six of each junction that its members touch.
+  struct Sums {
+    std::vector<double> own;
+    std::vector<double> junction;
+  };
+
   void prepare_gather();
-  void gather(std::span<const double> internal) const;
+  void list_springs();
+  void list_held();
+  void find_scale();
+  void multiply(std::span<const double> x, std::span<double> y);
+  void gather(const double* displacement, const double* rotation) const;
+  [[nodiscard]] std::size_t unknown(std::size_t local, std::size_t freedom) const;
+  [[nodiscard]] Sums no_sums() const;
+  [[nodiscard]] double& sum_at(Sums& sums, const Placed& placed, std::size_t row) const;
+  void add_up(Sums& sums) const;
+  [[nodiscard]] std::vector<double> forces(const double* displacement, const double* rotation) const;
   template <class Visit>
-  void visit_elements(std::span<const double> internal, const Visit& visit) const;
+  void each_element(const Visit& visit) const;
+  template <class Visit>
+  void visit_elements(const double* displacement, const double* rotation, const Visit& visit) const;
 
   const Network* network_;
   double filter_frequency_;
@@ -54,6 +96,10 @@ class NetworkOperator final : public AssembledOperator {
   petsc::Vector all_;                 // displacements and rotations as the rows of the stiffness
   petsc::Vector of_junctions_;        // six of each of `touched_`
   petsc::Handle<VecScatter, VecScatterDestroy> gather_;
+  std::vector<Spring> springs_;
+  std::vector<std::pair<std::size_t, double>> held_;
+  petsc::Matrix op_;
+  petsc::Matrix matrix_;
 };
 
 }  // namespace udar

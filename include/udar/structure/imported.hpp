@@ -53,6 +53,7 @@ class ImportedStructure final : public Structure {
   [[nodiscard]] bool grounded() const override { return grounded_; }
   void describe(Description& all) const override;
   [[nodiscard]] Mat stiffness() const override { return stiffness_; }
+  [[nodiscard]] double largest_ratio() const override;
 
   [[nodiscard]] PetscInt unknowns() const noexcept { return unknowns_; }    ///< of all ranks
   [[nodiscard]] double total_mass() const noexcept { return total_mass_; }  ///< sum of all entries of the matrix [kg]

@@ -132,6 +132,11 @@ class Network final : public Structure {
   /// is held has a row and a column of the identity, times the stiffness of the members there. On first demand.
   /// @note Collective.
   [[nodiscard]] Mat stiffness() const override;
+  /// Of the stiffest kind of element, whatever its direction, and the stiffest spring.
+  [[nodiscard]] double largest_ratio() const override;
+  /// Highest natural frequency of a long member of the stiffest kind of element, 2c/h along it or 4 sqrt(EI/m)/h^2
+  /// across [rad/s].
+  [[nodiscard]] double highest_frequency() const;
   [[nodiscard]] Topology topology() const override;  ///< a line for each element
   [[nodiscard]] PetscInt rigid_modes() const override { return 6 * static_cast<PetscInt>(connected_parts_); }
   [[nodiscard]] bool grounded() const override;

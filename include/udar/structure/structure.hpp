@@ -28,6 +28,8 @@ class Structure {
   [[nodiscard]] virtual const Network* network() const { return nullptr; }
   /// Else its stiffness: `MATAIJ`, symmetric; each rank's rows are its coordinates, then its unknowns without mass.
   [[nodiscard]] virtual Mat stiffness() const { return nullptr; }
+  /// Else the largest C_ii / m_i of its points [1/s^2], or what it is not far below. @note Collective.
+  [[nodiscard]] virtual double largest_ratio() const { return 0.0; }
   [[nodiscard]] virtual Topology topology() const = 0;
   /// How many rigid motions it has if nothing fixes it; at most so many modes have no frequency.
   [[nodiscard]] virtual PetscInt rigid_modes() const = 0;
