@@ -1,7 +1,6 @@
 #include "udar/filter/network_interface.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 extern "C" {  // NOLINTBEGIN(readability-identifier-naming): Fortran names
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
@@ -88,11 +87,11 @@ bool NetworkInterface::invert(std::span<const double> schur) {
   }
   MPI_Bcast(&info, 1, MPI_INT, 0, network_->comm());
   MPI_Bcast(sum.data(), size, MPI_DOUBLE, 0, network_->comm());
-  inverse_.resize(own * rows);
-  for (std::size_t i = 0; i < own; ++i) {
+  for (std::size_t i = 0; i < own; ++i) {  // rows ascend
     std::copy_n(sum.begin() + static_cast<std::ptrdiff_t>(row_of(i) * rows), rows,
-                inverse_.begin() + static_cast<std::ptrdiff_t>(i * rows));
+                sum.begin() + static_cast<std::ptrdiff_t>(i * rows));
   }
+  inverse_ = network::DenseRows{own, rows, std::span{sum}.first(own * rows)};
   return info == 0;
 }
 
@@ -129,19 +128,19 @@ void NetworkInterface::spread(std::size_t width, const std::function<void(std::s
 
 void NetworkInterface::solve(std::span<double> values, std::size_t columns) {
   const std::size_t width = 6 * columns;
-  const std::size_t rows = 6 * junctions_.size();
+  const std::size_t pitch = inverse_.pitch();
   gather(touched_, width, values);
-  sums_.assign(rows * columns, 0.0);
+  sums_.assign(pitch * columns, 0.0);
   for (std::size_t k = 0; k < touched_.which.size(); ++k) {
     for (std::size_t i = 0; i < width; ++i) {
-      sums_[i / 6 * rows + 6 * touched_.which[k] + i % 6] += gathered_[k * width + i];
+      sums_[i / 6 * pitch + 6 * touched_.which[k] + i % 6] += gathered_[k * width + i];
     }
   }
+  products_.resize(values.size());
+  inverse_.multiply(sums_, columns, products_);
   for (std::size_t j = 0; j < shared_.size(); ++j) {
     for (std::size_t i = 0; i < width; ++i) {
-      const double* row = inverse_.data() + (6 * j + i % 6) * rows;
-      values[j * width + i] =
-          std::inner_product(row, row + rows, sums_.begin() + static_cast<std::ptrdiff_t>(i / 6 * rows), 0.0);
+      values[j * width + i] = products_[j * width + i % 6 * columns + i / 6];
     }
   }
 }

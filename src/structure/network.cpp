@@ -79,8 +79,9 @@ class Checksum {
 /// Of all that shapes the motion.
 std::uint64_t checksum_of(const NetworkParameters& network) {
   Checksum sum;
-  const auto& [sections, junctions, members, planes] = network;
+  const auto& [sections, junctions, members, planes, partition_unused] = network;
   static_cast<void>(planes);  // those of supports
+  static_cast<void>(partition_unused);
   for (const auto& [name, youngs, shear, density, area, inertia, torsion, shear_factor, radius_unused] : sections) {
     static_cast<void>(radius_unused);
     sum.add(youngs, shear, density, area, inertia, torsion, shear_factor);

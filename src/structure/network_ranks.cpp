@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <ranges>
 #include <string>
 
@@ -68,8 +69,25 @@ void fill_empty(std::vector<int>& ranks, int count) {
   }
 }
 
+/// Equal shares of the weight, one after the other.
+std::vector<int> deal_in_order(const Graph& graph, int ranks) {
+  const double all = std::accumulate(graph.weight.begin(), graph.weight.end(), 0.0);
+  std::vector<int> dealt;
+  double before = 0.0;
+  for (const idx_t weight : graph.weight) {
+    const double middle = before + 0.5 * static_cast<double>(weight);
+    dealt.push_back(static_cast<int>(middle / all * ranks));
+    before += static_cast<double>(weight);
+  }
+  fill_empty(dealt, ranks);
+  return dealt;
+}
+
 std::vector<int> deal_junctions(const NetworkParameters& network, int ranks) {
   Graph graph = graph_of(network);
+  if (network.partition == NetworkPartition::contiguous) {
+    return deal_in_order(graph, ranks);
+  }
   auto count = static_cast<idx_t>(network.junctions.size());
   idx_t constraints = 1;
   idx_t parts = ranks;

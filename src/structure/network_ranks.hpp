@@ -15,8 +15,8 @@ struct NetworkRanks {
   std::vector<int> members;
 };
 
-/// @brief Deals junctions to ranks by METIS, balanced by the nodes of their members and cutting few members; a member
-/// that is cut goes to the lighter of its two ranks. The same on every rank.
+/// @brief Deals junctions to ranks, balanced by the nodes of their members, by METIS so that few members are cut, or in
+/// their order; a member that is cut goes to the lighter of its two ranks. The same on every rank.
 /// @throws InputError if there are fewer junctions than ranks
 [[nodiscard]] NetworkRanks deal_to_ranks(const NetworkParameters& network, int ranks);
 

@@ -22,16 +22,25 @@ namespace {
 
 constexpr std::size_t kColumns = 4;
 
-struct Regular {
+struct NetShape {
+  Regular kind;
   const char* name;
   std::array<std::size_t, 3> junctions;
 };
+constexpr std::array kStructures{NetShape{Regular::beam, "beam", {2, 1, 1}},
+                                 NetShape{Regular::grillage_10, "grillage 10 x 10", {10, 1, 10}},
+                                 NetShape{Regular::grillage_30, "grillage 30 x 30", {30, 1, 30}},
+                                 NetShape{Regular::lattice_8, "lattice 8 x 8 x 8", {8, 8, 8}}};
 
-/// Steel, rectangles of 0.1 by 0.05 m, members of 1 m.
-NetworkParameters network_of(const Regular& kind, std::size_t elements) {
+/// Steel, rectangles of 0.1 by 0.05 m.
+NetworkParameters network_of(const NetShape& kind, std::size_t elements, const NetworkBench& bench) {
   MemberSection section{.name = "bar", .youngs_modulus = 2.1e11, .shear_modulus = 8.1e10, .density = 7850.0};
   give_shape(section, {.kind = MemberShape::Kind::rectangle, .width = 0.05, .height = 0.1}, false);
-  return regular_network({.junctions = kind.junctions, .elements = elements, .section = section});
+  const double length = bench.member_length;
+  NetworkParameters network = regular_network(
+      {.junctions = kind.junctions, .spacing = {length, length, length}, .elements = elements, .section = section});
+  network.partition = bench.partition;
+  return network;
 }
 
 /// Smooth, of half a millimetre.
@@ -86,7 +95,7 @@ nlohmann::ordered_json beside(MPI_Comm comm, Solved& members, Solved& other, lon
   return ratios;
 }
 
-nlohmann::ordered_json measured_network(MPI_Comm comm, const Regular& kind, std::size_t elements,
+nlohmann::ordered_json measured_network(MPI_Comm comm, const NetShape& kind, std::size_t elements,
                                         const NetworkBench& bench) {
   const double filter_frequency = bench.filter_frequency;
   const long repeats = bench.repeats;
@@ -94,7 +103,7 @@ nlohmann::ordered_json measured_network(MPI_Comm comm, const Regular& kind, std:
   int ranks = 1;
   MPI_Comm_rank(comm, &rank);
   MPI_Comm_size(comm, &ranks);
-  const NetworkParameters parameters = network_of(kind, elements);
+  const NetworkParameters parameters = network_of(kind, elements, bench);
   const double begin = MPI_Wtime();
   Solved members{comm, parameters, filter_frequency, {}};
   nlohmann::ordered_json entry{{"structure", kind.name}, {"elements", elements}};
@@ -104,6 +113,11 @@ nlohmann::ordered_json measured_network(MPI_Comm comm, const Regular& kind, std:
   entry["setup_seconds"] = MPI_Wtime() - begin;
   const NetworkSolver::Report& report = members.line().network()->report();
   entry["interface_junctions"] = report.interface;
+  auto most = static_cast<double>(members.network().nodes());
+  MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, comm);
+  entry["most_nodes_over_mean"] = most * ranks / nodes;
+  entry["spans_first_rank"] = report.members.spans;
+  entry["table_bytes_first_rank"] = report.members.table_bytes;
   entry["factor_bytes_first_rank"] = report.factor_bytes;
   Timed one = members.solving(1);
   Timed four = members.solving(kColumns);
@@ -137,12 +151,10 @@ nlohmann::ordered_json measured_network(MPI_Comm comm, const Regular& kind, std:
 }  // namespace
 
 void networks(MPI_Comm comm, const NetworkBench& bench) {
-  constexpr std::array kRegular{Regular{"grillage 10 x 10", {10, 1, 10}}, Regular{"grillage 30 x 30", {30, 1, 30}},
-                                Regular{"lattice 8 x 8 x 8", {8, 8, 8}}};
   nlohmann::ordered_json result;
-  for (const Regular& kind : std::span{kRegular}.first(bench.quick ? 1 : kRegular.size())) {
-    for (const std::size_t elements : {4U, 16U, 64U}) {
-      result.push_back(measured_network(comm, kind, elements, bench));
+  for (const Regular kind : bench.structures) {
+    for (const std::size_t elements : bench.elements) {
+      result.push_back(measured_network(comm, *std::ranges::find(kStructures, kind, &NetShape::kind), elements, bench));
     }
   }
   UDAR_CALL(PetscPrintf(comm, "%s\n", result.dump(2).c_str()));

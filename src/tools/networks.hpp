@@ -4,15 +4,27 @@
 
 #include <mpi.h>
 
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "udar/structure/network.hpp"
+
 namespace udar::bench {
 
-/// Prints as JSON, for two grillages and a lattice of members of 4, 16 and 64 elements: time of a solve per node with
-/// one column and with four, and how much longer CHOLMOD (one rank), MUMPS, and one rank alone take, in turn.
+/// Equal members: one alone, along the sides of squares, along those of cubes.
+enum class Regular : std::uint8_t { beam, grillage_10, grillage_30, lattice_8 };
+
+/// Prints as JSON, for structures and numbers of elements a member: time of a solve per node with one column and with
+/// four, and how much longer CHOLMOD (one rank), MUMPS, and one rank alone take, in turn.
 struct NetworkBench {
-  double filter_frequency = 300.0;  ///< wf [rad/s]
+  std::vector<Regular> structures{Regular::grillage_10, Regular::grillage_30, Regular::lattice_8};
+  std::vector<std::size_t> elements{4, 16, 64};  ///< of a member
+  double filter_frequency = 300.0;               ///< wf [rad/s]
   long repeats = 50;
-  long most = 30000;   ///< the assembled frame is solved up to so many nodes
-  bool quick = false;  ///< the smaller grillage alone
+  double member_length = 1.0;  ///< [m]
+  NetworkPartition partition = NetworkPartition::metis;
+  long most = 30000;  ///< the assembled frame is solved up to so many nodes
 };
 /// @note Collective.
 void networks(MPI_Comm comm, const NetworkBench& bench);

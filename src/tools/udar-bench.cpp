@@ -51,6 +51,14 @@ constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
                             std::pair<const char*, Kind>{"network", Kind::network},
                             std::pair<const char*, Kind>{"output", Kind::output}};
 
+constexpr std::array kNetworks{std::pair<const char*, bench::Regular>{"beam", bench::Regular::beam},
+                               std::pair<const char*, bench::Regular>{"grillage-10", bench::Regular::grillage_10},
+                               std::pair<const char*, bench::Regular>{"grillage-30", bench::Regular::grillage_30},
+                               std::pair<const char*, bench::Regular>{"lattice-8", bench::Regular::lattice_8}};
+
+constexpr std::array kPartitions{std::pair<const char*, NetworkPartition>{"metis", NetworkPartition::metis},
+                                 std::pair<const char*, NetworkPartition>{"contiguous", NetworkPartition::contiguous}};
+
 /// A way to solve the line: its name, its formulation and its solver options.
 struct Form {
   std::string name;
@@ -390,6 +398,24 @@ void measure_batch(MPI_Comm comm, PetscInt beams, PetscInt ranks_per_beam) {
   }
 }
 
+/// Which networks, and how long their members are.
+bench::NetworkBench read_networks(petsc::OptionGroup& group) {
+  bench::NetworkBench networks;
+  std::vector<PetscInt> elements(networks.elements.begin(), networks.elements.end());
+  auto most = static_cast<PetscInt>(networks.most);
+  group.choices<bench::Regular>("-bench_networks", networks.structures, kNetworks,
+                                "network: equal members, one alone, along the sides of squares or cubes");
+  group.integers("-bench_member_elements", elements, petsc::at_least(1), "network: elements of a member");
+  group.real("-bench_member_length", networks.member_length, "m", petsc::positive(), "network: length of a member");
+  group.choice<NetworkPartition>("-bench_partition", networks.partition, kPartitions,
+                                 "network: how junctions are dealt to the ranks, as -network_partition");
+  group.integer("-bench_largest_frame", most, petsc::at_least(0),
+                "network: assembled frames are solved up to so many nodes");
+  networks.elements.assign(elements.begin(), elements.end());
+  networks.most = most;
+  return networks;
+}
+
 /// At the filter frequency of the options if one is given.
 void measure_networks(MPI_Comm comm, bool frequency_given, bench::NetworkBench bench) {
   if (frequency_given) {
@@ -423,11 +449,11 @@ int run_bench(MPI_Comm comm) {
   bool quick = false;
   double decades = 0.0;
   PetscInt largest = PetscInt{1} << 28;
-  PetscInt largest_frame = 30000;
   PetscInt beams = 100;
   std::string directory = ".";
   PetscInt ranks_per_beam = 1;
   bench::ContactLists lists;
+  bench::NetworkBench networks;
   std::vector<Rival> rivals{ranks > 1 ? Rival::repeated_lu : Rival::block_lu};
   {
     petsc::OptionGroup group{comm, "Benchmark (of the beam and filter below; -filter_frequency is 50 unless given)"};
@@ -439,10 +465,10 @@ int run_bench(MPI_Comm comm) {
         "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON; "
         "contact: tables of error and work of all methods on the beam of example 02, or on the case of the options, "
         "and contact.csv, contact.json; "
-        "network: time of a solve of grillages and lattices by their members, of -bench_repeats, beside CHOLMOD and "
+        "network: time of a solve of -bench_networks by their members, of -bench_repeats, beside CHOLMOD and "
         "MUMPS up to -bench_largest_frame, as JSON; "
         "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
-    group.boolean("-bench_quick", quick, "integrators, network: the first tables only");
+    group.boolean("-bench_quick", quick, "integrators: the first tables only");
     group.integers("-bench_elements", sizes, petsc::at_least(2), "sizes of the accuracy table");
     group.integer("-bench_repeats", repeats, petsc::at_least(1),
                   "samples of each time; the best counts, of the machine the median");
@@ -451,8 +477,7 @@ int run_bench(MPI_Comm comm) {
                "> 0: every node of a beam of one segment gets a point mass, spread over so many decades");
     group.integer("-bench_largest", largest, petsc::between(32768, 1e12),
                   "machine: largest footprint of the triad [bytes per rank]");
-    group.integer("-bench_largest_frame", largest_frame, petsc::at_least(0),
-                  "network: assembled frames are solved up to so many nodes");
+    networks = read_networks(group);
     group.integer("-bench_beams", beams, petsc::between(1, 1e8),
                   "batch: beams; the initial height rises by a tenth from the first to the last");
     group.integer("-bench_group", ranks_per_beam, petsc::at_least(1),
@@ -478,7 +503,8 @@ int run_bench(MPI_Comm comm) {
     return 0;
   }
   if (kind == Kind::network && !petsc::Session::help_requested()) {
-    measure_networks(comm, frequency_given == PETSC_TRUE, {.repeats = repeats, .most = largest_frame, .quick = quick});
+    networks.repeats = repeats;
+    measure_networks(comm, frequency_given == PETSC_TRUE, networks);
     return 0;
   }
   auto [beam, formulation] = app::read_beam(comm);

@@ -330,6 +330,9 @@ class Refusals(NetworkTest):
             (["-gauge_junction", "'9 9 9'"], {"network_grillage": "3,3", "gauge_junction": "9 9 9"}),
             (["-gauge_place", "three"], {"network_grillage": "3,3", "gauge_place": "1,2"}),
             (["-network_*", "network"], {"structure_type": "beam", "network_grillage": "3,3"}),
+            (["-network_*", "network"], {"structure_type": "beam", "network_partition": "metis"}),
+            (["-network_partition", "scotch", "contiguous"],
+             {"network_grillage": "3,3", "network_partition": "scotch"}),
             (["-filter_frequency", "none"], {"network_grillage": "3,3", "filter_frequency": "none", "ts_dt": 0.1}),
             (["-ts_type", "modal"], {"network_grillage": "3,3", "ts_type": "modal", "filter_frequency": None}),
         ):

@@ -142,6 +142,36 @@ TEST(Network, DealsJunctionsAndMembers) {
   }
 }
 
+/// A row of junctions in no order along it: METIS cuts it once between two ranks, their order often.
+TEST(Network, DealsJunctionsByMetisOrInTheirOrder) {
+  constexpr std::size_t kCount = 60;
+  NetworkParameters row{.sections = {test::steel_section()}, .junctions = {}, .members = {}};
+  const auto at = [](std::size_t place) { return 7 * place % kCount; };
+  row.junctions.resize(kCount);
+  for (std::size_t place = 0; place < kCount; ++place) {
+    row.junctions[at(place)] = test::junction_at({.x = static_cast<double>(place)});
+    if (place > 0) {
+      row.members.push_back(test::member_between(at(place - 1), at(place), 3));
+    }
+  }
+  const auto cut = [&row](NetworkPartition partition) {
+    row.partition = partition;
+    const Network network{PETSC_COMM_WORLD, row};
+    const std::vector<int>& ranks = network.junction_ranks();
+    for (int rank = 0; rank < world_size(); ++rank) {
+      EXPECT_NEAR(static_cast<double>(std::ranges::count(ranks, rank)), 60.0 / world_size(), 3.0);
+    }
+    EXPECT_EQ(std::ranges::is_sorted(ranks), partition == NetworkPartition::contiguous || world_size() == 1);
+    return std::ranges::count_if(row.members, [&ranks](const Member& member) {
+      return ranks[member.ends[0].junction] != ranks[member.ends[1].junction];
+    });
+  };
+  EXPECT_EQ(cut(NetworkPartition::metis), world_size() - 1);
+  if (world_size() > 1) {
+    EXPECT_GT(cut(NetworkPartition::contiguous), world_size());
+  }
+}
+
 TEST(Network, RefusesMoreRanksThanJunctions) {
   if (world_size() == 3) {
     EXPECT_EQ(test::failure_of<InputError>([] { const Network network{PETSC_COMM_WORLD, turned_beam(1.0, 9)}; }),

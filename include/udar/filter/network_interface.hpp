@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/network/dense_rows.hpp"
 #include "udar/structure/network.hpp"
 
 namespace udar {
@@ -37,7 +38,7 @@ class NetworkInterface {
               const std::function<void(std::size_t junction, const double* values)>& take);
 
   /// @brief Right-hand sides of the shared junctions become solutions.
-  /// @param values six numbers of each of them and column, by junction, then column
+  /// @param values six numbers of each of them and column, by junction, then column @param columns at most four
   /// @note Collective: one `MPI_Allgatherv`.
   void solve(std::span<double> values, std::size_t columns);
 
@@ -55,12 +56,13 @@ class NetworkInterface {
   std::vector<std::size_t> junctions_;  // ascending
   std::vector<std::size_t> inner_;
   std::vector<std::size_t> shared_;
-  Exchange owned_;               // by owner
-  Exchange touched_;             // by who has members there
-  std::vector<double> inverse_;  // own rows
+  Exchange owned_;              // by owner
+  Exchange touched_;            // by who has members there
+  network::DenseRows inverse_;  // own rows
   std::vector<double> shown_;
   std::vector<double> gathered_;
   std::vector<double> sums_;
+  std::vector<double> products_;
 };
 
 }  // namespace udar

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
@@ -77,12 +78,16 @@ struct FacedPlane {
   Place normal{};  ///< unit vector [-]
 };
 
+/// @brief How junctions are dealt to ranks: by METIS, or in their order.
+enum class NetworkPartition : std::uint8_t { metis, contiguous };
+
 /// @brief A network as it is given, equal on every rank.
 struct NetworkParameters {
   std::vector<MemberSection> sections;
   std::vector<Junction> junctions;
   std::vector<Member> members;
   std::vector<FacedPlane> planes{};
+  NetworkPartition partition = NetworkPartition::metis;
 };
 
 /// @brief The axes of a member: rows are unit vectors along x, y, z in global axes.
@@ -118,7 +123,7 @@ class Network final : public Structure {
   /// Which block of the points is that along x, y, z.
   static constexpr std::array<std::size_t, 3> kBlock{1, 0, 2};
 
-  /// Deals junctions and members to the ranks by METIS, a member to a rank of one of its junctions.
+  /// Deals junctions and members to the ranks, a member to a rank of one of its junctions.
   /// @note Collective. @throws InputError naming junction, member or section, the value and its unit, if something is
   /// not allowed, does not exist, or stands twice at one place; if a node faces two planes that are not at right
   /// angles, or is held in some directions and faces an oblique one; if a junction can turn without being resisted (of

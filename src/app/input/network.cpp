@@ -166,6 +166,11 @@ class Standing {
   Numbers shift_{0.0, 0.0, 0.0};
 };
 
+NetworkParameters dealt_as(NetworkPartition partition, NetworkParameters network) {
+  network.partition = partition;
+  return network;
+}
+
 }  // namespace
 
 std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
@@ -176,6 +181,12 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
                "YAML with sections, junctions, members and groups, or with sections, groups and the name of a mesh; or "
                "a Gmsh mesh of lines, whose name ends in .msh");
   group.string("-network_groups", groups, "for a mesh: YAML with sections and what each physical group means");
+  constexpr std::array kPartitions{Names<NetworkPartition>{"metis", NetworkPartition::metis},
+                                   Names<NetworkPartition>{"contiguous", NetworkPartition::contiguous}};
+  NetworkPartition partition = NetworkPartition::metis;
+  const bool dealt = group.choice<NetworkPartition>(
+      "-network_partition", partition, kPartitions,
+      "how junctions are dealt to the ranks: by METIS, which cuts few members, or in their order");
   Generator generator;
   generator.read(group);
   Standing standing;
@@ -186,7 +197,7 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
   const bool from_file = !file.empty();
   const int sources = (from_file ? 1 : 0) + (generator.grillage() ? 1 : 0) + (generator.lattice() ? 1 : 0);
   if (!asked) {
-    if (from_file || !groups.empty() || generator.keys() > 0 || standing.given()) {
+    if (from_file || !groups.empty() || dealt || generator.keys() > 0 || standing.given()) {
       throw InputError{"options -network_* need -structure_type network"};
     }
     return std::nullopt;
@@ -201,13 +212,14 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
     if (!groups.empty()) {
       throw InputError{"option -network_groups: '" + groups + "' is not allowed without -network_file, a mesh"};
     }
-    return standing.of(generator.make());
+    return dealt_as(partition, standing.of(generator.make()));
   }
   if (generator.keys() > 0) {
-    throw InputError{"option -network_file: '" + file +
-                     "' says all of its members, expected no other -network_* but -network_groups"};
+    throw InputError{
+        "option -network_file: '" + file +
+        "' says all of its members, expected no other -network_* but -network_groups and -network_partition"};
   }
-  return standing.of(io::read_network(comm, file, groups));
+  return dealt_as(partition, standing.of(io::read_network(comm, file, groups)));
 }
 
 }  // namespace udar::app
