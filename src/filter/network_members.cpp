@@ -113,7 +113,7 @@ void NetworkMembers::place(const std::function<std::size_t(std::size_t junction)
   for (CutMember& member : cut_) {
     const network::MemberTables* tables = tables_[network_->kind(member.number)].ends.get();
     if (cut_ends_.empty() || cut_ends_.back().tables != tables || cut_ends_.back().place.lanes == network::kLanes) {
-      cut_ends_.push_back({.tables = tables, .place = {}});
+      cut_ends_.push_back({.place = {}, .tables = tables});
     }
     network::Placement& place = cut_ends_.back().place;
     member.ends = {.group = cut_ends_.size() - 1, .lane = place.lanes++};
@@ -177,7 +177,7 @@ void NetworkMembers::write_nodes(const CutMember& member, const std::vector<netw
 
 void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [tables, place, whole] = groups_[g];
+    const auto& [place, tables, whole] = groups_[g];
     network::Condensed& condensed = condensed_[column * groups_.size() + g];
     network::condense(*tables, place, sweep, condensed);
     if (whole) {
@@ -206,7 +206,7 @@ void NetworkMembers::resolve(const network::Sweep& sweep, std::size_t column) {
     write_nodes(member, nodes, sweep);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [tables, place, whole] = groups_[g];
+    const auto& [place, tables, whole] = groups_[g];
     if (whole) {
       network::find_bounds(*tables, place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
     }

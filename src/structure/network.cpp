@@ -189,6 +189,7 @@ void Network::deal() {
 /// This rank's members of each kind, in the order of the network.
 void Network::pack_members() {
   std::vector<MemberPacks::Kind> own;
+  own.reserve(kinds_.size());
   for (const MemberKind& kind : kinds_) {
     own.push_back({.elements = kind.elements});
   }

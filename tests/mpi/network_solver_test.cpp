@@ -224,8 +224,8 @@ TEST(NetworkSolver, CutsLongMembersWithoutLosingDigits) {
     expect_exact(lattice({2, 2, 2}, 1024), 300.0, far, 1.0, 1e-12);
     NetworkParameters house = small_house(kTurn);
     house.junctions[0].held = {true, true, true, false, true, false};
-    for (std::size_t m = 0; m < house.members.size(); ++m) {
-      house.members[m].elements *= 41;
+    for (Member& member : house.members) {
+      member.elements *= 41;
     }
     const Network network{PETSC_COMM_SELF, house};
     for (std::size_t kind = 0; kind < network.kinds().size(); ++kind) {

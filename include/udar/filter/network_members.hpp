@@ -52,8 +52,8 @@ class NetworkMembers {
   };
   /// Members or spans side by side.
   struct Group {
-    const network::MemberTables* tables = nullptr;
     network::Placement place;
+    const network::MemberTables* tables = nullptr;
     bool whole = true;
   };
   /// Where a lane is: which group, and where in it.
