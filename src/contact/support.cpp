@@ -37,6 +37,20 @@ bool overlap(const PointRows& left, const PointRows& right) {
   });
 }
 
+/// Friction takes a speed that points which stand alone do not have.
+void require_nodes_that_rub(const MassPoints& points, const std::vector<Support>& supports,
+                            const std::vector<PointRows>& touched) {
+  std::string fault;
+  for (std::size_t index = 0; index < supports.size(); ++index) {
+    if (supports[index].friction > 0.0 && !touched[index].rows.empty() &&
+        !points.beside(touched[index].rows.front().first)) {
+      fault = "support friction: " + std::to_string(supports[index].friction) +
+              " is not allowed where masses move along one axis, expected 0: it is for the nodes of a network";
+    }
+  }
+  throw_together<InputError>(points.comm(), fault);
+}
+
 /// Supports that move or give way have their points for themselves, on their side.
 void require_apart(MPI_Comm comm, const std::vector<Support>& supports, const std::vector<PointRows>& touched) {
   if (std::ranges::all_of(supports, &Support::plain)) {
@@ -120,6 +134,7 @@ Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) 
     require(support.damping >= 0.0 && std::isfinite(support.damping), "support damping", support.damping,
             "a number >= 0 [N s/m]");
   }
+  require_nodes_that_rub(points, supports, touched);
   require_apart(points.comm(), supports, touched);
   Contacts contacts{.supports = std::move(supports), .touched = {}, .sets = {}};
   for (std::size_t i = 0; i < touched.size(); ++i) {

@@ -7,17 +7,17 @@ namespace {
 
 std::array<double, 3> values_of(const Place& axis) { return {axis.x, axis.y, axis.z}; }
 
-/// From the node's own axes to x, y, z.
-void turn_to_unknowns(std::span<const NodeFrame> frames, double* values) {
+/// Numbers of points from their nodes' own axes to x, y, z, or back.
+void turn(std::span<const NodeFrame> frames, bool back, double* values) {
   for (const auto& [points, axes] : frames) {
     std::array<double, 3> turned{};
     for (std::size_t k = 0; k < 3; ++k) {
       for (std::size_t i = 0; i < 3; ++i) {
-        turned.at(i) += values_of(axes.at(k)).at(i) * values[points.at(k)];
+        turned.at(back ? k : i) += values_of(axes.at(k)).at(i) * values[points.at(back ? i : k)];
       }
     }
-    for (std::size_t i = 0; i < 3; ++i) {
-      values[points.at(i)] = turned.at(i);
+    for (std::size_t k = 0; k < 3; ++k) {
+      values[points.at(k)] = turned.at(k);
     }
   }
 }
@@ -33,7 +33,7 @@ std::span<const FilterColumn> FramedColumns::of_unknowns(std::span<const FilterC
     values_.at(which).resize(std::max(values_.at(which).size(), columns.size()));
     std::vector<double>& values = values_.at(which)[c];
     values.assign(given, given + points_->coordinates());
-    turn_to_unknowns(points_->frames(), values.data());
+    turn(points_->frames(), false, values.data());
     return values.data();
   };
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -45,17 +45,7 @@ std::span<const FilterColumn> FramedColumns::of_unknowns(std::span<const FilterC
 
 void FramedColumns::stretches_of_points(std::span<const FilterColumn> columns) const {
   for (const FilterColumn& column : columns) {
-    for (const auto& [points, axes] : points_->frames()) {
-      std::array<double, 3> turned{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        for (std::size_t i = 0; i < 3; ++i) {
-          turned.at(k) += values_of(axes.at(k)).at(i) * column.stretch[points.at(i)];
-        }
-      }
-      for (std::size_t k = 0; k < 3; ++k) {
-        column.stretch[points.at(k)] = turned.at(k);
-      }
-    }
+    turn(points_->frames(), true, column.stretch);
   }
 }
 

@@ -300,6 +300,9 @@ double LocatedSteps::end_step() {
 
 /// Friction of masses that were pressed on a support in the step, by the impulse of all of it.
 void LocatedSteps::rub_pressed() {
+  if (std::ranges::none_of(contact_->supports(), [](const Support& support) { return support.friction > 0.0; })) {
+    return;
+  }
   const WriteArray state{state_};
   for (const ContactSet& set : contact_->sets()) {
     for (std::size_t node = set.first; node < set.last && set.friction > 0.0 && motion_.length() > 0.0; ++node) {

@@ -138,6 +138,15 @@ void MemberJoints::factor_axial(const MemberTables& span, const MemberTables* re
   }
 }
 
+MemberJoints::Pair MemberJoints::Step::behind_node(const Pair& before, double load, double kink) const {
+  const double news = load - before[0];
+  return {load - release * news, before[1] + kink + turn * news};
+}
+
+MemberJoints::Pair MemberJoints::Step::behind_span(const Pair& before, const Pair& first, const Pair& second) const {
+  return plus(times(transfer, plus(times(hold, before), symmetric_times(give, first))), second);
+}
+
 void MemberJoints::condense(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const {
   condense_plane(0, spans, nodes, member, lane);
   condense_plane(1, spans, nodes, member, lane);
@@ -158,14 +167,13 @@ void MemberJoints::condense_plane(std::size_t plane, Spans spans, std::span<cons
       const double news = load - state[0];
       pushed[0] += step.node_from_start[0] * step.release * news;
       pushed[1] += step.node_from_start[1] * step.release * news;
-      state = {load - step.release * news, state[1] + (last_rise - shown.first_rise) + step.turn * news};
+      state = step.behind_node(state, load, last_rise - shown.first_rise);
     } else {
       member.rise[plane][0][lane] = shown.first_rise;
     }
     pushed = plus(pushed, transposed_times(step.from_start, minus(transposed_times(step.hold, shown.first),
                                                                   symmetric_times(step.inform, state))));
-    state = plus(times(step.transfer, plus(times(step.hold, state), symmetric_times(step.give, shown.first))),
-                 shown.second);
+    state = step.behind_span(state, shown.first, shown.second);
     last_rise = shown.last_rise;
   }
   member.rise[plane][1][lane] = last_rise;
@@ -224,12 +232,11 @@ void MemberJoints::resolve_plane(std::size_t plane, Spans spans, std::span<CutNo
       const double load = nodes[k - 1].load[1 + plane];
       const double news = load - state[0];
       nodes[k - 1].stretch[1 + plane] = news;
-      state = {load - step.release * news, state[1] + (last_rise - shown.first_rise) + step.turn * news};
+      state = step.behind_node(state, load, last_rise - shown.first_rise);
     }
     spans[k].bounds->deflection[plane][spans[k].lane] = state[0];
     spans[k].bounds->turn[plane][spans[k].lane] = state[1];
-    state = plus(times(step.transfer, plus(times(step.hold, state), symmetric_times(step.give, shown.first))),
-                 shown.second);
+    state = step.behind_span(state, shown.first, shown.second);
     last_rise = shown.last_rise;
   }
   Vector reaction{member.force[plane][lane], member.moment[plane][lane]};

@@ -34,10 +34,9 @@ class ChainPoints final : public MassPoints {
   [[nodiscard]] double total_mass() const override { return beam_->total_mass(); }
   [[nodiscard]] PetscInt nearest(const Place& place) const override { return beam_->nearest_node(place.x); }
 
-  /// All lie on y = z = 0 and move up.
   [[nodiscard]] PointRows within(const Region& region, const Place& along) const override {
     PointRows rows;
-    if (along.y != 1.0 || !region.holds({.x = std::clamp(0.0, region.from.x, region.to.x)})) {
+    if (!meets(region, along)) {
       return rows;
     }
     const Extent beam = extent();
@@ -56,8 +55,8 @@ class ChainPoints final : public MassPoints {
     return rows;
   }
 
-  [[nodiscard]] PointRows section(double x, const Region& /*region*/, const Place& /*along*/) const override {
-    return single(beam_->nearest_node(x));
+  [[nodiscard]] PointRows section(double x, const Region& region, const Place& along) const override {
+    return meets(region, along) ? single(beam_->nearest_node(x)) : PointRows{};
   }
 
   [[nodiscard]] std::vector<PointShare> lever(const Place& place) const override {
@@ -70,6 +69,12 @@ class ChainPoints final : public MassPoints {
   }
 
  private:
+  /// All lie on y = z = 0 and move up.
+  [[nodiscard]] static bool meets(Region region, const Place& along) {
+    region.from.x = region.to.x = 0.0;
+    return along.y == 1.0 && region.holds({});
+  }
+
   const BeamChain* beam_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -239,13 +240,14 @@ PointRows PlacedPoints::section(double x, const Region& region, const Place& alo
   Region slice = region;
   slice.from.x = -kInfinity;
   slice.to.x = kInfinity;
-  for (const std::size_t point : by_x_) {
-    if (moves_along(point, along) && slice.holds(place_[point])) {
-      const double to_right = place_[point].x - x;
-      double& least = away.at(to_right < 0.0 ? 0 : 1);
-      least = std::min(least, std::abs(to_right));
-    }
-  }
+  const auto right = std::ranges::lower_bound(by_x_, x, {}, [this](std::size_t point) { return place_[point].x; });
+  const auto find = [&](const auto& begin, const auto& end, double& least) {
+    const auto found = std::find_if(
+        begin, end, [&](std::size_t point) { return slice.holds(place_[point]) && moves_along(point, along); });
+    least = found != end ? std::abs(place_[*found].x - x) : kInfinity;
+  };
+  find(std::make_reverse_iterator(right), by_x_.rend(), away[0]);
+  find(right, by_x_.end(), away[1]);
   MPI_Allreduce(MPI_IN_PLACE, away.data(), 2, MPI_DOUBLE, MPI_MIN, comm());
   const bool left = std::isfinite(away[0]) && away[0] - away[1] <= 2.0 * kNearTolerance * (away[0] + away[1]);
   const double nearest = left ? x - away[0] : x + away[1];
@@ -256,12 +258,13 @@ PointRows PlacedPoints::section(double x, const Region& region, const Place& alo
 }
 
 PointRows PlacedPoints::within(const Region& region, const Place& along) const {
+  const auto slack = [](double edge) { return std::isfinite(edge) ? 2.0 * kEdgeTolerance * std::abs(edge) : 0.0; };
+  const double tolerance = slack(region.from.x) + slack(region.to.x);
+  const auto x_of = [this](std::size_t point) { return place_[point].x; };
   std::vector<std::size_t> touched;
-  for (const std::size_t point : by_x_) {
-    if (moves_along(point, along) && region.holds(place_[point])) {
-      touched.push_back(point);
-    }
-  }
+  std::copy_if(std::ranges::lower_bound(by_x_, region.from.x - tolerance, {}, x_of),
+               std::ranges::upper_bound(by_x_, region.to.x + tolerance, {}, x_of), std::back_inserter(touched),
+               [&](std::size_t point) { return region.holds(place_[point]) && moves_along(point, along); });
   std::ranges::sort(touched);
   PointRows rows;
   std::array<double, 2> sums{static_cast<double>(touched.size()), 0.0};

@@ -53,6 +53,10 @@ class MemberJoints {
     double turn = 0.0;
     double deflect = 0.0;
     Pair node_from_start{};  // transfer to its displacement
+
+    /// State behind the node and behind the span; what the span shows at its ends.
+    [[nodiscard]] Pair behind_node(const Pair& before, double load, double kink) const;
+    [[nodiscard]] Pair behind_span(const Pair& before, const Pair& first, const Pair& second) const;
   };
   struct AxialStep {
     double hold = 1.0;
