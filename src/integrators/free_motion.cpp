@@ -199,11 +199,17 @@ FreeMotion::Sizes FreeMotion::first_sizes() const {
   return sizes;
 }
 
-void FreeMotion::end_if_rigid(const Sizes& sizes) {
-  rigid_ = true;
+void FreeMotion::end_if_rigid(const Sizes& sizes, double time, double negligible) {
+  // The next terms of the power series are wf^2 t^(s+3) / (s+3)! d; with those beyond them they are less, mode by mode.
+  const double wf = line_->filter_frequency();
+  double power = wf * wf * time * time / 2.0;
+  double way = 0.0;
   for (std::size_t s = 0; s < sequences_; ++s) {
-    rigid_ = rigid_ && sizes[sequences_ + s] <= kAnswerRounding * sizes[s];
+    power *= time / static_cast<double>(s + 3);
+    const bool rounding = sizes[sequences_ + s] <= kAnswerRounding * sizes[s];
+    way += rounding ? 0.0 : power * sizes[sequences_ + s];
   }
+  rigid_ = way <= negligible;
 }
 
 void FreeMotion::extend(std::size_t terms) {

@@ -15,7 +15,8 @@ RigidFlight::RigidFlight(Equations& equations, ContactState& contact, const Cont
       contacts_{contacts},
       wf2_{equations.line().filter_frequency() * equations.line().filter_frequency()} {}
 
-bool RigidFlight::begin(double time, std::span<const double> state, double shortest, double longest) {
+bool RigidFlight::begin(double time, std::span<const double> state, double shortest, double longest,
+                        double negligible) {
   const std::size_t count = state.size() / 2;
   begin_ = time;
   position_ = state.first(count);
@@ -45,13 +46,13 @@ bool RigidFlight::begin(double time, std::span<const double> state, double short
     MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_MAX,
                   equations_->points().comm());
   }
-  motion_->end_if_rigid(sizes);
+  length_ = std::min(touch, longest);
+  motion_->end_if_rigid(sizes, length_, negligible);
   if (!motion_->rigid()) {
     end();
     return false;
   }
   touches_ = touch < longest;
-  length_ = std::min(touch, longest);
   return true;
 }
 

@@ -261,7 +261,7 @@ class Chebyshev final : public ProblemIntegrator {
                   equations_->points().comm());
     std::copy(most.begin() + 1, most.end(), sizes.begin());
     if (contact_->counts().resting == 0 && !(points_ && points_->any())) {
-      motion_->end_if_rigid(sizes);
+      motion_->end_if_rigid(sizes, step, 0.0);
     }
     return -most[0];
   }

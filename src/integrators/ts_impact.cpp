@@ -243,7 +243,9 @@ class Impact final : public ProblemIntegrator {
     double last = 0.0;
     UDAR_CALL(TSGetMaxTime(ts_, &last));
     const double until = std::min(last, kinks_->after(begin_)) - begin_;
-    const bool flies = until > longest_ && flight_->begin(begin_, {start_, 2 * count_}, longest_, until);
+    // Far below the error of an ordinary step, and far above the rounding of a solve of a million elements.
+    const double negligible = 1e-3 * tolerance_ * scale_.length;
+    const bool flies = until > longest_ && flight_->begin(begin_, {start_, 2 * count_}, longest_, until, negligible);
     may_fly_ = until <= longest_ || (flies && !flight_->touches());
     counts_.flights += flies ? 1 : 0;
     next_step_ = flies && next_step_ == 0.0 ? longest_ : next_step_;

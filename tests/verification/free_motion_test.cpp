@@ -174,13 +174,15 @@ TEST(FreeMotion, IsTheExactMotionWithLoadsAndRests) {
   }
 }
 
-/// Largest answer of a motion, and whether its series ends there.
-bool ends(FreeMotion& motion, const std::vector<double>& velocity, const std::vector<double>& acceleration) {
+/// Whether the series of a motion ends at its first terms.
+/// @param time [s] @param negligible way that may be left out in it [m]
+bool ends(FreeMotion& motion, const std::vector<double>& velocity, const std::vector<double>& acceleration,
+          double time = 1.0, double negligible = 0.0) {
   motion.start({.velocity = velocity, .acceleration = acceleration, .jerk = {}, .resting = {}});
   motion.answer();
   FreeMotion::Sizes sizes = motion.first_sizes();
   MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
-  motion.end_if_rigid(sizes);
+  motion.end_if_rigid(sizes, time, negligible);
   motion.extend(8);
   return motion.rigid();
 }
@@ -214,6 +216,32 @@ TEST(FreeMotion, OfARigidBeamEndsAtItsFirstTerms) {
     vibrating[i] += 2e-9 * std::cos(2.0 * M_PI * place(i) / 10.0);
   }
   EXPECT_FALSE(ends(motion, vibrating, acceleration));
+}
+
+TEST(FreeMotion, IsRigidWhereItsVibrationGoesNoWay) {
+  const double wf = 100.0;
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
+  FilteredStructure line{beam, {.filter_frequency = wf}};
+  FreeMotion motion{line};
+  const auto count = static_cast<std::size_t>(beam.local_nodes());
+  std::vector<double> velocity(count);
+  const std::vector<double> acceleration(count, -test::kGravity);
+  for (std::size_t i = 0; i < count; ++i) {
+    velocity[i] = 1e-6 * std::cos(2.0 * M_PI * beam.position(beam.begin() + static_cast<PetscInt>(i)) / 10.0);
+  }
+  const double t = 1.0 / wf;
+  EXPECT_FALSE(ends(motion, velocity, acceleration, t));
+  motion.extend(terms_for(motion, t, 1e-14));
+  double way = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double rigid = velocity[i] * t - 0.5 * test::kGravity * t * t;
+    way = std::max(way, std::abs(motion.at(motion.weights(0, t), i) - rigid));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &way, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  EXPECT_GT(way, 1e-12);
+  EXPECT_FALSE(ends(motion, velocity, acceleration, t, way));  // no bound of the way is less than it
+  EXPECT_TRUE(ends(motion, velocity, acceleration, t, 1.1 * way));
+  EXPECT_FALSE(ends(motion, velocity, acceleration, 2.0 * t, 4.0 * way));
 }
 
 TEST(FreeMotion, NeedsFewSolves) {

@@ -44,9 +44,11 @@ class FreeMotion {
   /// After `answer` to the first terms of a motion: the largest of each, then of each answer; this rank's.
   using Sizes = std::array<double, 6>;
   [[nodiscard]] Sizes first_sizes() const;
-  /// @brief Ends the series at its first terms if the line does not answer to them but by rounding.
-  /// @param sizes `first_sizes`, the largest of all ranks
-  void end_if_rigid(const Sizes& sizes);
+  /// @brief Ends the series at its first terms if the line does not answer to them but by rounding, or if all that its
+  /// answers add is negligible.
+  /// @param sizes `first_sizes`, the largest of all ranks @param time up to which the motion is wanted [s]
+  /// @param negligible way [m]; 0: rounding alone
+  void end_if_rigid(const Sizes& sizes, double time, double negligible);
   /// Whether they are the whole motion.
   [[nodiscard]] bool rigid() const noexcept { return rigid_; }
   /// @brief Adds terms until there are `terms`, unless the motion is rigid. @note Collective, as `answer` for each.

@@ -22,10 +22,11 @@ class RigidFlight {
   RigidFlight(Equations& equations, ContactState& contact, const Contacts* contacts);
 
   /// @brief Looks for a flight that begins now. @param time [s] @param state Ym [m], then Vm [m/s] of the local nodes;
-  /// stays where it is @param shortest, longest of a flight [s] @return whether there is one
+  /// stays where it is @param shortest, longest of a flight [s] @param negligible way that vibration may go in it [m]
+  /// @return whether there is one
   /// @note Collective: a line solve and, where nothing touches before `shortest`, two more, three under changing loads;
   /// two reductions.
-  bool begin(double time, std::span<const double> state, double shortest, double longest);
+  bool begin(double time, std::span<const double> state, double shortest, double longest, double negligible);
   /// Forgets it and gives its memory back.
   void end();
 
