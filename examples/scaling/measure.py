@@ -64,6 +64,12 @@ class Programs:
                    "-bench_beams", str(beams)]
         return json.loads(self._call(ranks, self.bench, options)[0])
 
+    def network(self, ranks, structure, elements, repeats):
+        """Solves of a regular network by all ranks."""
+        options = ["-bench_kind", "network", "-bench_networks", structure, "-bench_member_elements", str(elements),
+                   "-bench_largest_frame", "0", "-bench_repeats", str(repeats), "-bench_partition", "metis"]
+        return json.loads(self._call(ranks, self.bench, options)[0])[0]
+
     def run(self, ranks, case, options):
         """One run of udar: its summary, and the energies of the last row."""
         with tempfile.TemporaryDirectory(dir=self.scratch) as folder:

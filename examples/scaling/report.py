@@ -3,6 +3,7 @@
 import csv
 
 import model as cost
+import networks
 
 WRONG = "WRONG"
 
@@ -169,8 +170,11 @@ def text(result):
     lines = [f"{result['name']}: {result['machine']['1']['processor']}, {result['date']}, udar {result['version']}",
              f"command: {result['command']}", "", *machine_text(result), "", *table_text(result, model), "",
              "share of the stepping", *shares_text(result), "", "model", *model_text(result)[0]]
+    if "networks" in result:
+        lines += ["", *networks.text(result["networks"], model.machine)]
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
 def wrong(result):
-    return [point for point in result["points"] if point["equal"] is False]
+    points = result["points"] + result.get("networks", {}).get("lattice", [])
+    return [point for point in points if point["equal"] is False]

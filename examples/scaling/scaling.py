@@ -18,15 +18,17 @@ import sys
 import tempfile
 
 import measure
+import networks
 import report
 
 ROOT = measure.HERE.parents[1]
 QUICK = {"sizes": [500, 2000, 8000], "ranks": [1, 2, 3, 4], "strong": 4000, "per_rank": 1000, "beams": 8,
-         "batch_elements": 200, "check_interval": 0, "repeats": 1, "machine_repeats": 3, "largest_footprint": 1 << 22,
-         "budget": 60}
+         "batch_elements": 200, "lattice": 4, "member_elements": 64, "check_interval": 0, "repeats": 1,
+         "machine_repeats": 3, "largest_footprint": 1 << 22, "budget": 60}
 FULL = {"sizes": [10 ** 3, 10 ** 4, 10 ** 5, 10 ** 6, 10 ** 7], "ranks": [1, 2, 4, 8, 16], "strong": 10 ** 6,
-        "per_rank": 50_000, "beams": 200, "batch_elements": 1000, "check_interval": 50, "repeats": 5,
-        "machine_repeats": 15, "largest_footprint": 1 << 28, "budget": 300}
+        "per_rank": 50_000, "beams": 200, "batch_elements": 1000, "lattice": 17, "member_elements": 1024,
+        "check_interval": 50, "repeats": 5, "machine_repeats": 15, "largest_footprint": 1 << 28,
+        "budget": 300}
 
 
 def whole_numbers(text):
@@ -73,10 +75,14 @@ def write_plots(results, output):
 
 def run(arguments):
     settings = dict(QUICK if arguments.quick else FULL)
-    for key in ("sizes", "ranks", "strong", "per_rank", "repeats", "beams", "budget"):
+    for key in ("sizes", "ranks", "strong", "per_rank", "repeats", "beams", "lattice", "budget"):
         if getattr(arguments, key) is not None:
             settings[key] = getattr(arguments, key)
     settings["ranks"] = sorted({1, *settings["ranks"]})
+
+    def tell(text):
+        print(text, flush=True)
+
     output = pathlib.Path(arguments.output)
     output.mkdir(parents=True, exist_ok=True)
     measure.environment()
@@ -89,11 +95,12 @@ def run(arguments):
         batches = [{"ranks": count, "beams": settings["beams"] * count, "elements": settings["batch_elements"]}
                    for count in settings["ranks"]]
         records, batch, machines, versions = measure.measure(programs, points, batches, settings,
-                                                             lambda text: print(text, flush=True))
+                                                             tell)
+        nets = networks.run(programs, settings, tell)
     result = {"name": arguments.name, "date": datetime.date.today().isoformat(),
               "command": "examples/scaling/scaling.py " + shlex.join(arguments.words), "version": measure.description(),
               "versions": versions, "launcher": arguments.launcher, "settings": settings, "machine": machines,
-              "points": records, "batch": batch}
+              "points": records, "batch": batch, "networks": nets}
     write_all(result, output)
     print(report.text(result))
     print(f"written to {output}: result.json, table.txt, table.csv, plots")
@@ -153,6 +160,8 @@ def parse(words):
     runs.add_argument("--strong", type=lambda text: whole_numbers(text)[0], help="elements of the strong scaling")
     runs.add_argument("--per-rank", type=lambda text: whole_numbers(text)[0], help="elements a rank, weak scaling")
     runs.add_argument("--beams", type=lambda text: whole_numbers(text)[0], help="beams a rank of the batch")
+    runs.add_argument("--lattice", type=lambda text: whole_numbers(text)[0],
+                      help="junctions along an edge of the lattice on all ranks")
     runs.add_argument("--repeats", type=lambda text: whole_numbers(text)[0], help="of everything, in turn")
     runs.add_argument("--budget", type=lambda text: whole_numbers(text)[0],
                       help="seconds after which a point is not repeated again (default 300)")

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 
 from common import ENVIRONMENT, ROOT, UDAR, read_csv
@@ -22,6 +23,7 @@ sys.path.insert(0, str(FOLDER))
 
 import measure  # noqa: E402
 import model  # noqa: E402
+import networks  # noqa: E402
 
 
 def scaling(*arguments):
@@ -123,6 +125,42 @@ class Quick(unittest.TestCase):
             self.assertLess(own, 1.01 * point["seconds"]["stepping"]["median"])
             self.assertGreater(own, 0.9 * point["seconds"]["stepping"]["median"])
             self.assertGreaterEqual(point["imbalance"]["local_motion"], 1.0)
+
+    def test_a_lattice_falls_alike_on_all_ranks(self):
+        lattice = self.result["networks"]["lattice"]
+        self.assertEqual([point["ranks"] for point in lattice], RANKS)
+        self.assertEqual([point["equal"] for point in lattice], [None, True, True, True])
+        self.assertGreater(lattice[0]["counts"]["impacts"], 16)
+        self.assertEqual({point["elements"] for point in lattice}, {8 * 3 * 4 * 4 * 3})
+
+    def test_solves_of_a_net_that_grows(self):
+        solves = self.result["networks"]["solves"]
+        self.assertEqual([entry["elements"] for entry in solves], [64 * ranks for ranks in RANKS])
+        self.assertEqual(solves[0]["interface"], 0)
+        self.assertGreater(min(entry["interface"] for entry in solves[1:]), 0)
+        told = networks.Model(self.result["networks"], model.Machine(self.result["machine"]))
+        # The point that the model is made from, and what it says must grow with the interface.
+        self.assertAlmostEqual(told.seconds(solves[0]), solves[0]["seconds"]["median"], places=12)
+        self.assertIn("above one half up to", self.text)
+
+    def test_where_nets_stop(self):
+        """On a machine of one's own: 1 ns a node, 1e10 flops, no time for messages."""
+        block = {"flops_per_rank": 1e10, "message": {"bandwidth": 1e300}, "gather_seconds": {"median": 0.0}}
+        machine = types.SimpleNamespace(blocks={1: block, 2: block}, block=lambda ranks: block, turns=lambda ranks: 1.0,
+                                        exclusive=lambda ranks: ranks, slowdown=lambda ranks: 1.0)
+        solves = [{"ranks": ranks, "nodes": 1000, "junctions": 100, "interface": 0 if ranks == 1 else 14,
+                   "seconds": {"median": 1e-6}} for ranks in (1, 2)]
+        told = networks.Model({"solves": solves}, machine)
+        self.assertAlmostEqual(told.cut, 14 / (10 * 2 ** 0.5))
+        self.assertAlmostEqual(told.parts(1000, 4, 20)["interface"], 2 * 6 * 10 * 6 * 20 / 1e10)
+        # The product, 144 (cut side)^2 / flops whatever the ranks, takes as long as a rank's members.
+        net = told.limit(300, 1024)
+        self.assertEqual(net["bound"], "interface")
+        ranks = net["nodes"] * 1e-9 / (144 * told.cut ** 2 * 300 ** 2 / 1e10)
+        self.assertAlmostEqual(net["ranks_at_half"] / ranks, 1.0, delta=0.13)  # a step of the ladder
+        few = told.limit(10, 100_000)  # 180 members: on 360 ranks half of the ranks have none
+        self.assertEqual(few["bound"], "whole members")
+        self.assertAlmostEqual(few["ranks_at_half"] / 360, 1.0, delta=0.13)
 
     def test_a_wrong_result_is_loud(self):
         wrong = copy.deepcopy(self.result)
