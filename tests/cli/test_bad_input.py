@@ -452,12 +452,12 @@ class BadInput(UdarTest):
             case(**{"ts_max_time": 0.02, "output_directory": place, "output_overwrite": True, **changes}),
             ranks,
             cwd=cls.folder,
-            timeout=30,
+            timeout=120,
         )
 
     def refuse(self, options, wanted, ranks):
         """Runs a case that must fail, and checks how it fails."""
-        self.check(run(options, ranks, cwd=self.folder, timeout=30), wanted, ranks)
+        self.check(run(options, ranks, cwd=self.folder, timeout=120), wanted, ranks)
 
     def check(self, result, wanted, ranks):
         """How a run must fail."""
