@@ -84,6 +84,11 @@ void check_space(const CaseInput& input) {
   if (input.structure.network) {
     return;
   }
+  if (std::ranges::any_of(input.contact.supports, [](const Support& support) { return support.field != nullptr; })) {
+    throw InputError{
+        "option -support_height_field is not allowed without -structure_type network, expected -ground_profile: masses "
+        "of others move along one axis"};
+  }
   if (input.contact.faces_in_space) {
     throw InputError{
         "options -support_normal, -support_friction, -support_y_* and -support_z_* are not allowed without "
@@ -99,16 +104,16 @@ void check_space(const CaseInput& input) {
 /// The planes that nodes face, if some have a normal along no axis.
 std::vector<FacedPlane> faced_planes(const std::vector<Support>& supports) {
   const auto oblique = [](const Support& support) {
-    return std::max({support.normal.x, support.normal.y, support.normal.z}) != 1.0;
+    return support.field || std::max({support.normal.x, support.normal.y, support.normal.z}) != 1.0;
   };
   std::vector<FacedPlane> planes;
   for (const Support& support : supports) {
     if (support.width == 0.0 && std::ranges::any_of(supports, oblique)) {
       throw InputError{
-          "option -support_width: 0 is not allowed where a -support_normal is oblique, expected a width that holds the "
-          "nodes, or inf [m]"};
+          "option -support_width: 0 is not allowed where a -support_normal is oblique or a -support_height_field is "
+          "given, expected a width that holds the nodes, or inf [m]"};
     }
-    planes.push_back({.region = support.region(), .normal = support.normal});
+    planes.push_back({.region = support.region(), .facing = support.facing()});
   }
   return std::ranges::any_of(supports, oblique) ? planes : std::vector<FacedPlane>{};
 }
@@ -153,6 +158,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.damping_ratio = input.start.damping_ratio;
   settled.initial = input.start.initial;
   settled.supports = input.contact.supports;
+  settled.field_tolerance = input.contact.field_tolerance;
   settled.contact = input.contact.contact;
   if (!settled.filter.filtered()) {  // masses and line are one
     settled.contact.surface = ContactSurface::line;

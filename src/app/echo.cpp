@@ -103,8 +103,8 @@ std::optional<double> expected_contact(const Case& input, const Structure& struc
   const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& set : contacts.sets) {
     const double lift = set.lift(0.0).height;
-    const double pull = input.gravity * contacts.supports[static_cast<std::size_t>(set.support)].normal.y;
     for (std::size_t node = set.first; node < set.last; ++node) {
+      const double pull = input.gravity * points.axis(node).y;
       const double gap = set.side * (masses.position[node] - set.height(node) - lift);
       first = std::min(first, gap > 0.0 ? meeting_time(gap, set.side * masses.velocity[node], set.side * pull) : 0.0);
     }

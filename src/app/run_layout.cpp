@@ -39,15 +39,20 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
     layout.gauge_position.push_back(gauge.x);
   }
   for (const Support& support : input.supports) {
-    layout.supports.push_back(
-        {.position = support.position,
-         .width = support.width,
-         .height = support.profile.x.empty() ? support.height : std::ranges::max(support.profile.height),
-         .restitution = support.restitution,
-         .side = static_cast<int>(support.side)});
+    layout.supports.push_back({.position = support.position,
+                               .width = support.width,
+                               .height = support.field               ? support.height + support.field->highest()
+                                         : support.profile.x.empty() ? support.height
+                                                                     : std::ranges::max(support.profile.height),
+                               .restitution = support.restitution,
+                               .side = static_cast<int>(support.side)});
     if (std::ranges::any_of(input.supports, &Support::in_space)) {
       const auto& [x, y, z] = support.normal;
       layout.supports.back().space = {x, y, z, support.y.from, support.y.to, support.z.from, support.z.to};
+    }
+    if (support.field) {
+      layout.supports.back().field = support.field;
+      layout.supports.back().base = support.height;
     }
     if (support.motion) {
       layout.supports.back().lift = [motion = support.motion](double time) { return motion->at(time).height; };

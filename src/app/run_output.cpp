@@ -1,5 +1,6 @@
 #include "app/run_output.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "app/run_layout.hpp"
@@ -15,6 +16,11 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
       observers_{io::make_run_writers(make_layout(input, line, dynamics.fields()), input.output.directory,
                                       input.output.interval, input.output.field_interval, &forces_, &peaks_)},
       files_{line.points().comm(), input.output.directory} {
+  if (std::ranges::any_of(input.supports, [](const Support& support) { return support.field != nullptr; })) {
+    auto errors = std::make_unique<FieldErrors>(line.points(), input);
+    field_errors_ = errors.get();
+    observers_.push_back(std::move(errors));
+  }
   auto writer = std::make_unique<CheckpointWriter>(dynamics, input, line.structure(), observers_);
   checkpoint_ = writer.get();
   observers_.push_back(std::move(writer));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
+#include "app/field_errors.hpp"
 #include "udar/app/case.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/io/peaks.hpp"
@@ -27,6 +28,8 @@ class RunOutput {
   void require_present() const { files_.require_present(); }
   [[nodiscard]] const io::SupportForces& forces() const noexcept { return forces_; }
   [[nodiscard]] const io::Peaks& peaks() const noexcept { return peaks_; }
+  /// Null without height fields.
+  [[nodiscard]] const FieldErrors* field_errors() const noexcept { return field_errors_; }
 
  private:
   io::SupportForces forces_;
@@ -34,6 +37,7 @@ class RunOutput {
   std::vector<std::unique_ptr<Observer>> observers_;
   io::RunFiles files_;
   const CheckpointWriter* checkpoint_ = nullptr;
+  const FieldErrors* field_errors_ = nullptr;
 };
 
 }  // namespace udar::app

@@ -19,6 +19,12 @@ namespace {
 
 // An energy balance that is off by more than this is worth a warning.
 constexpr double kWorthAWarning = 1e-3;
+// So is a plane that is off its height field by more than this share of the motion's scale.
+constexpr double kFieldShare = 1e-2;
+
+double field_tolerance(const Case& input, const ImpactDynamics& dynamics) {
+  return input.field_tolerance > 0.0 ? input.field_tolerance : kFieldShare * dynamics.motion_length();
+}
 
 void warn_of_drift(MPI_Comm comm, double drift) {
   if (!(std::abs(drift) <= kWorthAWarning)) {
@@ -88,6 +94,9 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
     const auto peak = peaks.find(name);
     summary.peaks.emplace_back(key, peak != peaks.end() ? std::optional{peak->second} : std::nullopt);
   }
+  if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
+    summary.peaks.emplace_back("height_field_error", errors->worst(field_tolerance(input, dynamics)).peak);
+  }
   summary.energy_drift = dynamics.energy().drift();
   for (const Place& gauge : input.gauges) {
     summary.gauge_position.push_back(gauge.x);
@@ -107,6 +116,9 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
     warn_of_no_contact(input, line.structure());
   }
   warn_of_yielding(comm, output.peaks());
+  if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
+    warn_of_field(line.points(), *errors, field_tolerance(input, dynamics));
+  }
   io::Summary summary = gather_summary(input, line, dynamics, output);
   summary.counts.stepping_line_solves = line.solves() - marks.solves_before;
   add_costs(comm, marks.begin, marks.stepping, end, summary);

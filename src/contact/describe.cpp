@@ -8,9 +8,10 @@ namespace udar {
 void describe(Description& all, std::span<const Support> supports) {
   const auto number = [&](std::string_view name, std::size_t index) {
     all.add_each(name, supports, [index](const Support& support) {
-      const auto& [position, width, height, restitution, side, yield_speed, profile, motion, stiffness, damping,
+      const auto& [position, width, height, restitution, side, yield_speed, profile, field, motion, stiffness, damping,
                    friction, normal, y, z] = support;
       static_cast<void>(profile);  // the lists below
+      static_cast<void>(field);
       static_cast<void>(motion);
       return std::array{position,    width,       height,    static_cast<double>(side),
                         restitution, yield_speed, stiffness, damping,
@@ -51,6 +52,16 @@ void describe(Description& all, std::span<const Support> supports) {
   };
   profile("ground profile, x [m]", true);
   profile("ground profile, heights [m]", false);
+  const auto field = [&](std::string_view name, auto part) {
+    all.add_all(name, supports, [part](const Support& support) {
+      return support.field ? ((*support.field).*part)() : std::span<const double>{};
+    });
+  };
+  if (std::ranges::any_of(supports, [](const Support& support) { return support.field != nullptr; })) {
+    field("supports, height fields, x [m]", &HeightGrid::x);
+    field("supports, height fields, z [m]", &HeightGrid::z);
+    field("supports, height fields, heights [m]", &HeightGrid::height);
+  }
 }
 
 }  // namespace udar

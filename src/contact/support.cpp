@@ -28,6 +28,34 @@ void require_sound(const MassPoints& points, const Support& support) {
   require(support.friction >= 0.0 && std::isfinite(support.friction), "support friction", support.friction,
           "a number >= 0");
   require(support.yield_speed > 0.0, "support yield speed", support.yield_speed, "a number > 0 or inf [m/s]");
+  if (support.field) {
+    require(support.normal.y == 1.0, "support normal", support.normal.y,
+            "0,1,0 with a field of heights (`support height field`), which has normals of its own");
+    if (support.motion) {
+      throw InputError{
+          "support motion: not allowed with a field of heights (`support height field`), expected none: each node "
+          "would move along a normal of its own"};
+    }
+    require(support.width > 0.0, "support width", support.width,
+            "a width that holds the nodes, or inf, with a field of heights (`support height field`) [m]");
+  }
+}
+
+/// Of the face at a point, as far as its coordinate has it [m].
+double height_at(const MassPoints& points, const Support& support, std::size_t point) {
+  const Place place = points.place(point);
+  if (support.field) {
+    const auto surface = support.field->at(place.x, place.z);
+    // Along the normal, less what the point's place has across it, which the coordinate does not count.
+    return points.axis(point).y * (support.height + (surface ? surface->height : 0.0));
+  }
+  if (support.normal.y == 1.0) {
+    return support.height_at(place.x);
+  }
+  const Place& normal = support.normal;
+  // A coordinate begins at its share of the height.
+  const double across = normal.x * place.x + normal.y * place.y + normal.z * place.z - points.reference(point);
+  return support.height_at(place.x) - across;
 }
 
 bool overlap(const PointRows& left, const PointRows& right) {
@@ -75,8 +103,7 @@ void require_apart(MPI_Comm comm, const std::vector<Support>& supports, const st
 void add_sets(const MassPoints& points, const Support& support, PetscInt index, const PointRows& touched,
               std::vector<ContactSet>& sets) {
   const double carried = support.elastic() ? touched.mass : 0.0;
-  const bool upright = support.normal.y == 1.0;
-  const bool level = upright && support.profile.x.empty();
+  const bool level = support.normal.y == 1.0 && support.profile.x.empty() && !support.field;
   const auto add = [&](std::size_t first, std::size_t last) {
     if (first == last) {
       return;
@@ -94,12 +121,7 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
                                                    .damping = support.elastic() ? support.damping / carried : 0.0,
                                                    .friction = support.friction});
     for (std::size_t point = first; point < last && !level; ++point) {
-      const Place place = points.place(point);
-      // A coordinate begins at its share of the height.
-      const double across = upright ? 0.0
-                                    : support.normal.x * place.x + support.normal.y * place.y +
-                                          support.normal.z * place.z - points.reference(point);
-      set.profile.push_back(support.height_at(place.x) - across);
+      set.profile.push_back(height_at(points, support, point));
     }
   };
   for (const auto& [first, last] : touched.rows) {
@@ -118,8 +140,8 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
 
 PointRows touched_points(const MassPoints& points, const Support& support) {
   const Region region = support.region();
-  return support.width == 0.0 ? points.section(support.position, region, support.normal)
-                              : points.within(region, support.normal);
+  return support.width == 0.0 ? points.section(support.position, region, support.facing())
+                              : points.within(region, support.facing());
 }
 
 Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) {

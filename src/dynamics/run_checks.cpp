@@ -36,10 +36,11 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
         const bool floor = std::isinf(support.width);
         std::ostringstream message;
         message << (!support.profile.x.empty() ? "ground profile"
+                    : support.field            ? "support height field"
                     : floor                    ? "floor height"
                                                : "support height")
                 << ": " << height << " is not allowed, "
-                << (floor ? "the ground" : "support " + std::to_string(set.support))
+                << (floor && !support.field ? "the ground" : "support " + std::to_string(set.support))
                 << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
                 << " m; expected a height on its own side of the beam (`initial height`) [m], or a spring that is "
                    "pressed from the start (`support stiffness` with `contact surface` line)";

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "udar/io/hdf5_file.hpp"
@@ -242,6 +243,19 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
                                                                        {"/support_z_to", "m"}}};
   for (std::size_t k = 0; !layout.supports.empty() && k < layout.supports.front().space.size(); ++k) {
     add_of_supports(kSpace.at(k).first, kSpace.at(k).second, [k](const Support& support) { return support.space[k]; });
+  }
+  for (std::size_t k = 0; k < layout.supports.size(); ++k) {
+    if (const Support& support = layout.supports[k]; support.field) {
+      const std::string name = "/height_field_" + std::to_string(k);
+      std::vector<double> height{support.field->height().begin(), support.field->height().end()};
+      std::ranges::for_each(height, [&](double& value) { value += support.base; });
+      file.add_small(name + "_x", support.field->x());
+      file.add_small(name + "_z", support.field->z());
+      file.add_small(name + "_height", height);
+      for (const char* part : {"_x", "_z", "_height"}) {
+        add_units(file, name + part, "m");
+      }
+    }
   }
   if (!layout.ground_x.empty()) {
     file.add_small("/ground_x", layout.ground_x);

@@ -2,69 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "io/input_file.hpp"
+#include "io/text_fields.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
 namespace {
 
-constexpr std::string_view kBlanks = " \t\r\f\v";
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // which spreadsheets put at the beginning
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string_view::npos ? std::string_view{}
-                                         : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
-}
-
-/// The fields of a line, which is not blank. @param semicolons whether these separate the fields of this table
-std::vector<std::string_view> split(std::string_view line, bool semicolons) {
-  std::vector<std::string_view> fields;
-  const char separator = semicolons ? ';' : ',';
-  if (semicolons || line.find(separator) != std::string_view::npos) {
-    for (;;) {
-      const std::size_t end = line.find(separator);
-      fields.push_back(trimmed(line.substr(0, end)));
-      if (end == std::string_view::npos) {
-        return fields;
-      }
-      line.remove_prefix(end + 1);
-    }
-  }
-  while (!(line = trimmed(line)).empty()) {
-    const std::size_t length = std::min(line.find_first_of(kBlanks), line.size());
-    fields.push_back(line.substr(0, length));
-    line.remove_prefix(length);
-  }
-  return fields;
-}
-
-enum class Reading : std::uint8_t { number, not_a_number, out_of_range };
-
-/// @param decimal_comma whether a comma may stand for the point
-Reading read_number(std::string_view field, bool decimal_comma, double& value) {
-  std::string with_point;
-  if (const std::size_t comma = field.find(','); decimal_comma && comma != std::string_view::npos) {
-    with_point = field;
-    with_point[comma] = '.';  // a point or comma besides is one too many, which is no number
-    field = with_point;
-  }
-  if (field.size() > 1 && field[0] == '+' && field[1] != '-') {
-    field.remove_prefix(1);
-  }
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error == std::errc::result_out_of_range) {
-    return Reading::out_of_range;
-  }
-  return error == std::errc{} && end == field.data() + field.size() ? Reading::number : Reading::not_a_number;
-}
 
 /// A header begins with a name: a misspelt number is not one.
 bool is_name(std::string_view field) {
@@ -106,7 +56,7 @@ Table parse(std::string_view text, const Columns& columns) {
     }
     const std::string where = ", line " + std::to_string(number);
     semicolons = first ? line.find(';') != std::string_view::npos : semicolons;
-    const std::vector<std::string_view> fields = split(line, semicolons);
+    const std::vector<std::string_view> fields = fields_of(line, semicolons);
     if (first) {
       table.columns = fields.size();
       if (const std::string wrong = complaint(table.columns, columns); !wrong.empty()) {
@@ -123,12 +73,8 @@ Table parse(std::string_view text, const Columns& columns) {
       continue;
     }
     for (std::size_t column = 0; column < fields.size(); ++column) {
-      const Reading reading = read_number(fields[column], semicolons, value);
-      if (reading != Reading::number || !std::isfinite(value)) {
-        const char* what = reading == Reading::out_of_range   ? "' is out of range"
-                           : reading == Reading::not_a_number ? "' is not a number"
-                                                              : "' is not a finite number";
-        throw Complaint{where + ", column " + std::to_string(column + 1) + ": '" + std::string{fields[column]} + what};
+      if (const std::string wrong = read_finite(fields[column], semicolons, value); !wrong.empty()) {
+        throw Complaint{where + ", column " + std::to_string(column + 1) + ": " + wrong};
       }
       table.values.push_back(value);
     }

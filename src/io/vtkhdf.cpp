@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "io/field_lines.hpp"
 #include "io/text_file.hpp"
 #include "structure/place_algebra.hpp"
 #include "udar/io/hdf5_file.hpp"
@@ -421,6 +422,16 @@ void VtkHdfFile::place_supports(const RunLayout& layout, const Region& around) {
   const udar::Extent ends{.from = around.from.x, .to = around.to.x};
   for (const RunLayout::Support& support : layout.supports) {
     const std::vector<double>& space = support.space;
+    if (support.field) {
+      for (const std::vector<Place>& line : field_lines(*support.field, support.base, around)) {
+        for (const Place& point : line) {
+          support_points_.insert(support_points_.end(), {point.x, point.y, point.z});
+        }
+        support_sizes_.push_back(static_cast<std::int64_t>(line.size()));
+        lifts_.emplace_back();
+      }
+      continue;
+    }
     if (!space.empty() && space[1] != 1.0) {
       for (const Place& corner : outline_of(support, around)) {
         support_points_.insert(support_points_.end(), {corner.x, corner.y, corner.z});

@@ -34,9 +34,9 @@ class ChainPoints final : public MassPoints {
   [[nodiscard]] double total_mass() const override { return beam_->total_mass(); }
   [[nodiscard]] PetscInt nearest(const Place& place) const override { return beam_->nearest_node(place.x); }
 
-  [[nodiscard]] PointRows within(const Region& region, const Place& along) const override {
+  [[nodiscard]] PointRows within(const Region& region, const Facing& facing) const override {
     PointRows rows;
-    if (!meets(region, along)) {
+    if (!meets(region, facing)) {
       return rows;
     }
     const Extent beam = extent();
@@ -55,8 +55,8 @@ class ChainPoints final : public MassPoints {
     return rows;
   }
 
-  [[nodiscard]] PointRows section(double x, const Region& region, const Place& along) const override {
-    return meets(region, along) ? single(beam_->nearest_node(x)) : PointRows{};
+  [[nodiscard]] PointRows section(double x, const Region& region, const Facing& facing) const override {
+    return meets(region, facing) ? single(beam_->nearest_node(x)) : PointRows{};
   }
 
   [[nodiscard]] std::vector<PointShare> lever(const Place& place) const override {
@@ -70,9 +70,9 @@ class ChainPoints final : public MassPoints {
 
  private:
   /// All lie on y = z = 0 and move up.
-  [[nodiscard]] static bool meets(Region region, const Place& along) {
+  [[nodiscard]] static bool meets(Region region, const Facing& facing) {
     region.from.x = region.to.x = 0.0;
-    return along.y == 1.0 && region.holds({});
+    return facing.normal.y == 1.0 && !facing.field && region.holds({});
   }
 
   const BeamChain* beam_;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "udar/petsc/error.hpp"
@@ -70,6 +71,18 @@ double largest_range(MPI_Comm comm, const std::vector<Place>& places) {
 }
 
 }  // namespace
+
+Place Facing::at(const Place& place) const {
+  if (!field) {
+    return normal;
+  }
+  const auto surface = field->at(place.x, place.z);
+  if (!surface) {
+    return {};
+  }
+  const double size = std::hypot(surface->along_x, 1.0, surface->along_z);
+  return {.x = -surface->along_x / size, .y = 1.0 / size, .z = -surface->along_z / size};
+}
 
 bool Region::holds(const Place& place) const {
   const auto between = [](double value, double least, double most) {
@@ -141,9 +154,10 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
       direction_{std::move(table.direction)},
       nodes_{table.nodes},
       frames_{std::move(table.frames)} {
+  framed_.resize(frames_.empty() ? 0 : points());
   for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
     for (std::size_t k = 0; k < 3; ++k) {
-      framed_[frames_[frame].points.at(k)] = {frame, k};
+      framed_[frames_[frame].points.at(k)] = 1 + 3 * frame + k;
     }
   }
   for (std::size_t point = 0; point < points(); ++point) {
@@ -168,9 +182,14 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
   largest_extent_ = largest_range(comm, place_);
 }
 
+std::optional<PlacedPoints::Framed> PlacedPoints::framed(std::size_t point) const {
+  const std::size_t which = framed_.empty() ? 0 : framed_[point];
+  return which == 0 ? std::nullopt : std::optional{Framed{&frames_[(which - 1) / 3], (which - 1) % 3}};
+}
+
 Place PlacedPoints::axis(std::size_t point) const {
-  const auto found = framed_.find(point);
-  return found == framed_.end() ? MassPoints::axis(point) : frames_[found->second.first].axes.at(found->second.second);
+  const auto found = framed(point);
+  return found ? found->frame->axes.at(found->axis) : MassPoints::axis(point);
 }
 
 std::optional<std::array<std::size_t, 2>> PlacedPoints::beside(std::size_t point) const {
@@ -178,21 +197,20 @@ std::optional<std::array<std::size_t, 2>> PlacedPoints::beside(std::size_t point
                      : std::optional{std::array{(point + nodes_) % points(), (point + 2 * nodes_) % points()}};
 }
 
-bool PlacedPoints::moves_along(std::size_t point, const Place& along) const {
+bool PlacedPoints::moves_along(std::size_t point, const Facing& facing) const {
   constexpr double kSame = 1e-9;
-  return distance(axis(point), along) <= kSame;
+  return distance(axis(point), facing.at(place_[point])) <= kSame;
 }
 
 std::vector<PointShare> PlacedPoints::height_of(PetscInt point) const {
   std::array<double, 7> told{};  // whether it has a frame, then points and shares
   if (owns(point)) {
     const auto local = static_cast<std::size_t>(point - begin());
-    if (const auto found = framed_.find(local); found != framed_.end()) {
-      const NodeFrame& frame = frames_[found->second.first];
+    if (const auto found = framed(local)) {
       told[0] = 1.0;
       for (std::size_t k = 0; k < 3; ++k) {
-        told.at(1 + k) = static_cast<double>(global(frame.points.at(k)));
-        told.at(4 + k) = frame.axes.at(k).y;
+        told.at(1 + k) = static_cast<double>(global(found->frame->points.at(k)));
+        told.at(4 + k) = found->frame->axes.at(k).y;
       }
     }
   }
@@ -235,7 +253,7 @@ PetscInt PlacedPoints::nearest(const Place& place) const {
   return first;
 }
 
-PointRows PlacedPoints::section(double x, const Region& region, const Place& along) const {
+PointRows PlacedPoints::section(double x, const Region& region, const Facing& facing) const {
   std::array<double, 2> away{kInfinity, kInfinity};  // to the left and to the right
   Region slice = region;
   slice.from.x = -kInfinity;
@@ -243,7 +261,7 @@ PointRows PlacedPoints::section(double x, const Region& region, const Place& alo
   const auto right = std::ranges::lower_bound(by_x_, x, {}, [this](std::size_t point) { return place_[point].x; });
   const auto find = [&](const auto& begin, const auto& end, double& least) {
     const auto found = std::find_if(
-        begin, end, [&](std::size_t point) { return slice.holds(place_[point]) && moves_along(point, along); });
+        begin, end, [&](std::size_t point) { return slice.holds(place_[point]) && moves_along(point, facing); });
     least = found != end ? std::abs(place_[*found].x - x) : kInfinity;
   };
   find(std::make_reverse_iterator(right), by_x_.rend(), away[0]);
@@ -254,17 +272,17 @@ PointRows PlacedPoints::section(double x, const Region& region, const Place& alo
   const double thickness = kEndTolerance * extent_.length();  // of points whose x was typed
   slice.from.x = nearest - thickness;
   slice.to.x = nearest + thickness;
-  return within(slice, along);
+  return within(slice, facing);
 }
 
-PointRows PlacedPoints::within(const Region& region, const Place& along) const {
+PointRows PlacedPoints::within(const Region& region, const Facing& facing) const {
   const auto slack = [](double edge) { return std::isfinite(edge) ? 2.0 * kEdgeTolerance * std::abs(edge) : 0.0; };
   const double tolerance = slack(region.from.x) + slack(region.to.x);
   const auto x_of = [this](std::size_t point) { return place_[point].x; };
   std::vector<std::size_t> touched;
   std::copy_if(std::ranges::lower_bound(by_x_, region.from.x - tolerance, {}, x_of),
                std::ranges::upper_bound(by_x_, region.to.x + tolerance, {}, x_of), std::back_inserter(touched),
-               [&](std::size_t point) { return region.holds(place_[point]) && moves_along(point, along); });
+               [&](std::size_t point) { return region.holds(place_[point]) && moves_along(point, facing); });
   std::ranges::sort(touched);
   PointRows rows;
   std::array<double, 2> sums{static_cast<double>(touched.size()), 0.0};

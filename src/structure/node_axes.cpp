@@ -31,13 +31,29 @@ Place across(const Place& normal) {
   return (1.0 / norm(off)) * off;
 }
 
+[[noreturn]] void refuse_beside(const HeightGrid& field, const Place& place) {
+  std::ostringstream text;
+  text << "support height field: the node at (" << place.x << ", " << place.y << ", " << place.z
+       << ") m has no height below or above it, which is not allowed, expected heights over all that the support can "
+          "touch (`support width`); these are from x = "
+       << field.x().front() << " to " << field.x().back() << ", z = " << field.z().front() << " to " << field.z().back()
+       << " m, less gaps";
+  throw InputError{text.str()};
+}
+
 }  // namespace
 
 std::optional<std::array<Place, 3>> node_axes(std::span<const FacedPlane> planes, const Place& place) {
   std::vector<Place> normals;
-  for (const auto& [region, normal] : planes) {
-    const auto same = [&n = normal](const Place& other) { return norm(other - n) <= kSame; };
-    if (region.holds(place) && std::ranges::none_of(normals, same)) {
+  for (const auto& [region, facing] : planes) {
+    if (!region.holds(place)) {
+      continue;
+    }
+    const Place normal = facing.at(place);
+    if (facing.field && norm(normal) == 0.0) {
+      refuse_beside(*facing.field, place);
+    }
+    if (std::ranges::none_of(normals, [&](const Place& other) { return norm(other - normal) <= kSame; })) {
       normals.push_back(normal);
     }
   }

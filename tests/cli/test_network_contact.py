@@ -52,7 +52,8 @@ def mean_displacements(run_of, masses):
 
 def masses_of(run_of):
     with h5py.File(run_of.file("results.h5"), "r") as file:
-        return file["/mass"][()], np.array([file[f"/{axis}"][()] for axis in "xyz"]).T
+        mass = file["/mass"][()]
+        return mass, np.array([file[f"/{axis}"][()] if axis in file else 0 * mass for axis in "xyz"]).T
 
 
 class NetworkContactTest(UdarTest):
@@ -294,6 +295,188 @@ class Floors(NetworkContactTest):
     def test_too_many_are_refused(self):
         failed = run({"output_directory": self.scratch / "run", **FLIGHT, **self.GRILLAGE, "network_grillage": "30,30"})
         self.assertIn("more than 2000 contact points", failed.errors[0])
+
+
+class HeightFields(NetworkContactTest):
+    """Ground given by its heights over a grid."""
+
+    SLOPES = np.array([0.3, -0.2])
+    BELOW = -0.52  # of the plane at the origin: the frame's second foot is 0.02 above it
+    ABOVE = 1.64  # its top is 0.02 below it
+
+    def table(self, name, height, x=(-1, 0.5, 1, 2.5, 4), z=(-1, 0, 2, 3)):
+        path = self.scratch / f"{name}.csv"
+        path.write_text("x,z,height\n" + "".join(f"{a},{b},{height(a, b):.17g}\n" for a in x for b in z))
+        return path
+
+    def plane(self, start=BELOW):
+        return self.table("plane", lambda x, z: start + self.SLOPES @ (x, z))
+
+    def flat_grid(self, start):
+        """The same plane as a map: x to the east, z to the south."""
+        rows = [" ".join(f"{start + self.SLOPES @ (x, z):.17g}" for x in range(-1, 5)) for z in range(-1, 4)]
+        path = self.scratch / "plane.asc"
+        head = "ncols 6\nnrows 5\nxllcenter -1\nyllcenter -3\ncellsize 1\nNODATA_value -9999\n"
+        path.write_text(head + "\n".join(rows) + "\n")
+        return path
+
+    def test_a_plane_is_a_plane(self):
+        normal = np.array([-self.SLOPES[0], 1.0, -self.SLOPES[1]])
+        for ways in ({"ts_type": "impact", "contact_restitution": 0.5}, {"ts_type": "rk", "support_friction": 0.3},
+                     {"ts_type": "rk", "support_stiffness": 1e7}, {"ts_type": "impact", "contact_surface": "line"},
+                     {"ts_type": "impact", "support_side": "above"}):
+            with self.subTest(ways=ways):
+                start, speed = (self.ABOVE, 2) if "support_side" in ways else (self.BELOW, -2)
+                velocity = (0.3, speed, 0.1)
+                height = f"{start / np.linalg.norm(normal):.17g}"
+                name = "-".join(str(value) for value in ways.values())
+                plane = self.fly(f"plane-{name}", frame(np.eye(3)), velocity, support_normal=listed(normal),
+                                 support_height=height, **ways)
+                for field in (self.plane(start), self.flat_grid(start)):
+                    found = self.fly(f"field-{name}", frame(np.eye(3)), velocity, support_height_field=field,
+                                     output_overwrite=True, **ways)
+                    self.same(plane, found, 1e-12)
+                    self.assertLess(found.summary()["height_field_error"], 1e-14)
+
+    def test_ranks_agree(self):
+        field = self.table("valley", lambda x, z: -0.02 + 0.02 * x**2 + 0.03 * z**2 - 0.01 * x * z)
+        one, two = (self.fly(f"np{ranks}", frame(np.eye(3)), (0.2, -2, 0.1), ranks, support_height_field=field,
+                             ts_type="impact", contact_restitution=0.5) for ranks in (1, 2))
+        self.same(one, two, 1e-9)
+        self.assertAlmostEqual(one.summary()["height_field_error"], two.summary()["height_field_error"], delta=1e-12)
+
+    @staticmethod
+    def normals(places):
+        """Of the field of the next test."""
+        slopes = np.column_stack([0.06 * places[:, 0] - 0.02 * places[:, 2] - 0.02, np.ones(len(places)),
+                                  -0.02 * places[:, 0] + 0.04 * places[:, 2]])
+        slopes[:, [0, 2]] *= -1
+        return slopes / np.linalg.norm(slopes, axis=1)[:, None]
+
+    def test_momentum_is_what_the_ground_gave(self):
+        field = self.table("curved", lambda x, z: -0.02 + 0.03 * x**2 - 0.02 * x * z - 0.02 * x + 0.02 * z**2)
+        hit = self.fly("momentum", frame(np.eye(3)), (0.4, -2.0, -0.3), support_height_field=field, ts_type="impact",
+                       ts_max_time=0.1)
+        _, places = masses_of(hit)
+        impacts = hit.csv("impacts.csv")
+        self.assertGreater(len(set(impacts["node"])), 1)
+        given = impacts["impulse"] @ self.normals(places)[impacts["node"].astype(int)]
+        momentum = self.momenta(hit)
+        self.assertGreater(np.abs(given).min(), 1.0, "along each axis")
+        np.testing.assert_allclose(momentum[-1] - momentum[0], given, atol=1e-9 * np.abs(given).max())
+        self.assertLess(abs(hit.summary()["energy_drift"]), 1e-9, hit)
+
+    GRILLAGE = {"structure_type": "network", "network_grillage": "2,2", "network_spacing": 2, "network_elements": 4,
+                "filter_frequency": 300, "support_position": 0, "support_width": "inf", "initial_height": 0.05,
+                "ts_type": "impact", "ts_max_time": 0.3, "output_interval": 1e-3, "output_field_interval": 0.05}
+
+    def test_a_grillage_stands_on_the_sides_of_a_valley(self):
+        # Its corners are where the valley is highest: they touch at once, the middles of its sides hang over it.
+        valley = self.table("valley", lambda x, z: 0.05 * ((x - 1) ** 2 + (z - 1) ** 2 - 2))
+        fallen = self.run_case({**self.GRILLAGE, "support_height_field": valley, "contact_restitution": 0})
+        first = fallen.csv("impacts.csv")
+        self.assertEqual(set(first["node"][:4]), {0, 1, 2, 3})
+        np.testing.assert_allclose(first["time"][:4], np.sqrt(2 * 0.05 / 9.81), rtol=1e-9)
+        self.assertEqual(fallen.csv("contact.csv")["masses"].max(), 4)
+        _, places = masses_of(fallen)
+        with h5py.File(fallen.file("results.h5"), "r") as file:
+            moved, resting = file["/fields/displacement_of_masses"][()][-1], file["/fields/resting"][()][-1] != 0
+        self.assertEqual(list(np.flatnonzero(resting)), [0, 1, 2, 3])
+        slopes = 0.1 * (places[resting] - 1)
+        over = moved[resting, 1] - slopes[:, 0] * moved[resting, 0] - slopes[:, 2] * moved[resting, 2]
+        np.testing.assert_allclose(over, 0, atol=1e-12)
+        impulse = first["impulse"][:4]
+        np.testing.assert_allclose(impulse, impulse[0], rtol=1e-9)
+        self.assertLess(abs(fallen.summary()["energy_drift"]), 1e-9, fallen)
+        # A side that is higher touches first.
+        tilted = self.table("tilted", lambda x, z: 0.05 * ((x - 1) ** 2 + (z - 1) ** 2 - 2) + 0.015 * (x - 1))
+        early = self.run_case({**self.GRILLAGE, "support_height_field": tilted, "ts_max_time": 0.09}, name="tilted")
+        impacts = early.csv("impacts.csv")
+        self.assertEqual(set(impacts["node"][:2]), {1, 3})
+        np.testing.assert_allclose(impacts["time"][:2], np.sqrt(2 * (0.05 - 0.015) / 9.81), rtol=1e-9)
+
+    def glide(self, name, speed, **changes):
+        """A frame that falls into a valley while it moves along x."""
+        valley = self.table("along", lambda x, z: 0.1 * x**2 - 0.4, z=(-1, 1, 3))
+        return self.fly(name, frame(np.eye(3)), (speed, -1, 0), support_height_field=valley, ts_type="impact",
+                        contact_restitution=0, ts_max_time=0.1,
+                        **{"output_field_interval": 1e-3, **changes})
+
+    @staticmethod
+    def told(run_of):
+        return [text for text in run_of.summary()["warnings"] if "height field" in text]
+
+    def test_planes_that_are_off_are_told(self):
+        off = {"support_field_tolerance": 1e-4}
+        far = self.glide("far", 6, **off)
+        with h5py.File(far.file("results.h5"), "r") as file:
+            across = file["/fields/displacement_of_masses"][()][..., 0]
+            resting = file["/fields/resting"][()] != 0
+        _, places = masses_of(far)
+        apart = 0.1 * across**2 / np.sqrt(1 + (0.2 * places[:, 0]) ** 2)
+        found = far.summary()["height_field_error"]
+        self.assertGreater(found, 1e-3)
+        self.assertGreater(found, (1 - 1e-9) * apart[resting].max())
+        self.assertLess(found, (1 + 1e-9) * apart.max())
+        (warning,) = self.told(far)
+        for word in ("height field", "-support_field_tolerance", "off by more than 0.0001 m"):
+            self.assertIn(word, warning)
+        near = self.glide("near", 6, support_field_tolerance=2 * found)
+        self.assertEqual(self.told(near), [])
+        first = self.glide("first", 6, ts_max_steps=20, code=STOPPED_BY_STEPS, **off)
+        self.assertGreater(first.summary()["height_field_error"], 0)
+        second = self.glide("second", 6, restart_file=first.file("restart.h5"), **off)
+        for key in ("height_field_error", "height_field_error_x", "height_field_error_time"):
+            self.assertEqual(second.summary()[key], far.summary()[key], key)
+        other = self.table("other", lambda x, z: 0.1 * x**2 - 0.5)
+        failed = run({**FLIGHT, "network_file": self.scratch / "first.yaml", "support_height_field": other,
+                      "contact_restitution": 0, "restart_file": first.file("restart.h5"),
+                      "output_directory": self.scratch / "other"})
+        self.assertIn("supports, height fields, heights", failed.errors[0])
+
+    def test_who_leaves_the_field_is_told(self):
+        flat = frame(np.eye(3), places=PLACES * (1, 0, 1))
+        short = self.table("short", lambda x, z: 0.0, x=(-1, 2.2))
+        left = self.fly("left", flat, (10, 0, 0), support_height_field=short, ts_type="impact", gravity=9.81,
+                        contact_restitution=0)
+        (warning,) = self.told(left)
+        self.assertIn("(2, 0, 0) m, who has left the field, at t = 0.021 s", warning)
+        self.assertIsNone(left.summary()["height_field_error"])
+
+    def test_pictures_have_it(self):
+        with h5py.File(self.glide("picture", 0.2).file("results.h5"), "r") as file:
+            x, z, height = (file[f"/height_field_0_{part}"][()] for part in ("x", "z", "height"))
+        np.testing.assert_allclose(height.reshape(len(z), len(x)), np.tile(0.1 * x**2 - 0.4, (len(z), 1)))
+
+    def test_refusals(self):
+        path = self.scratch / "frame.yaml"
+        path.write_text(frame(np.eye(3)))
+        motion = self.scratch / "motion.csv"
+        motion.write_text("0,0\n1,0\n")
+        ragged = self.scratch / "ragged.asc"
+        ragged.write_text("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n4 5\n")
+        case = {**FLIGHT, "network_file": path, "support_height_field": self.plane()}
+        small = self.table("small", lambda x, z: -1, x=(-1, 1), z=(-1, 3))
+        for words, changes in (
+            (["-support_height_field", "node at (2, 0.1, 0)", "from x = -1 to 1", "-support_width"],
+             {"support_height_field": small}),
+            (["-support_height_field", "line 7 has 2 height(s)", "ncols = 3"], {"support_height_field": ragged}),
+            (["-support_height_field", "cannot be read"], {"support_height_field": "nowhere.asc"}),
+            (["-support_height_field", "3", "1"], {"support_height_field": "none,none,none"}),
+            (["-support_motion", "-support_height_field"], {"support_motion": motion}),
+            (["-support_normal", "-support_height_field"], {"support_normal": "1,0,0"}),
+            (["-support_width", "-support_height_field"], {"support_width": 0}),
+            (["-support_height_field", "overlaps"], {"support_height": 0.1}),
+            (["-support_field_tolerance", "0", "> 0"], {"support_field_tolerance": 0}),
+            (["-support_height_field", "-structure_type network", "-ground_profile"],
+             {"structure_type": "beam", "network_file": None}),
+        ):
+            with self.subTest(changes=changes):
+                failed = run({"output_directory": self.scratch / "run", **case, **changes})
+                self.assertEqual(failed.code, 1, failed)
+                self.assertEqual(len(failed.errors), 1, failed)
+                for word in words:
+                    self.assertIn(word, failed.errors[0])
 
 
 class Refusals(NetworkContactTest):

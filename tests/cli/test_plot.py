@@ -504,6 +504,24 @@ class Networks(PlotTest):
         self.assertEqual(len(re.findall('<g id="Poly3DCollection_', svg)), 2)
         self.assertNotIn(">support<", files["gauges.svg"].read_text(encoding="utf-8"), "no heights of planes")
 
+    def test_height_fields_are_drawn_next_to_the_structure(self):
+        run = write_network(self.here / "run", supports=((1.0, np.inf),), gravity=0.0)
+        x, z = np.linspace(-40.0, 41.0, 82), np.array([-9.0, -0.5, 0.5, 1.5, 30.0])
+        height = np.tile(0.1 * np.sin(x) - 0.5, (len(z), 1))
+        height[2, 41] = np.nan  # at x = 1, z = 0.5: four cells have no corner there
+        with h5py.File(run / "results.h5", "a") as file:
+            for axis, normal in zip("xyz", (0.0, 1.0, 0.0)):
+                file[f"support_normal_{axis}"] = [normal]
+            for axis in "yz":
+                file[f"support_{axis}_from"], file[f"support_{axis}_to"] = [-np.inf], [np.inf]
+            file["height_field_0_x"], file["height_field_0_z"], file["height_field_0_height"] = x, z, height.ravel()
+        files, _ = self.draw(run, "--format", "svg")
+        svg = files["structure.svg"].read_text(encoding="utf-8")
+        (faces,) = re.findall('<g id="Poly3DCollection_[^>]*>(.*?)</g>', svg, re.DOTALL)
+        across, along = 4, 2  # cells from the last place before the structure to the first behind it
+        self.assertEqual(faces.count("<path"), across * along - 4)
+        self.assertNotIn(">support<", files["gauges.svg"].read_text(encoding="utf-8"), "no heights of planes")
+
     def test_without_rows(self):
         files, noted = self.draw(write_network(self.here / "run", rows=0), "--format", "png")
         self.assertIn("structure.png", files)

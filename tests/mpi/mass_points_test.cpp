@@ -106,7 +106,7 @@ TEST(MassPoints, AnywhereAreFoundAsThoseOfTheBeamTheyComeFrom) {
       EXPECT_EQ(scattered.node(points.nearest({.x = x})), beam.nearest_node(x)) << "x " << x;
     }
     for (const auto& [from, to] : {std::pair{2.0, 4.0}, {2.1, 2.4}, {-5.0, 0.0}, {0.0, 10.0}, {9.9, 50.0}}) {
-      const PointRows rows = points.within(Region::across(from, to), kUp);
+      const PointRows rows = points.within(Region::across(from, to), {.normal = kUp});
       const BeamChain::NodeRange nodes = beam.nodes_within(from, to);
       std::vector<PetscInt> found;
       for (const PetscInt point : numbers_of(points, rows)) {
@@ -116,12 +116,12 @@ TEST(MassPoints, AnywhereAreFoundAsThoseOfTheBeamTheyComeFrom) {
       std::vector<PetscInt> asked(static_cast<std::size_t>(std::max<PetscInt>(nodes.last - nodes.first + 1, 0)));
       std::iota(asked.begin(), asked.end(), nodes.first);
       EXPECT_EQ(found, asked) << from << " to " << to;
-      const PointRows own = beam.points().within(Region::across(from, to), kUp);
+      const PointRows own = beam.points().within(Region::across(from, to), {.normal = kUp});
       EXPECT_EQ(own.count, rows.count);
       EXPECT_NEAR(own.mass, rows.mass, 1e-12 * beam.total_mass());  // rounding, as above
       EXPECT_EQ(numbers_of(beam.points(), own), asked);
     }
-    EXPECT_EQ(numbers_of(points, points.within({}, kUp)).size(), 21U);
+    EXPECT_EQ(numbers_of(points, points.within({}, {.normal = kUp})).size(), 21U);
     EXPECT_EQ(numbers_of(points, points.single(7)), std::vector<PetscInt>{7});
     EXPECT_EQ(points.single(7).mass, beam.mass(scattered.node(7)));
     for (std::size_t point = 0; point < points.points(); ++point) {
@@ -175,16 +175,16 @@ TEST(MassPoints, ThoseThatMoveAlongYAreFoundAlone) {
   const PlacedPoints points{PETSC_COMM_WORLD, 1, table};
   const int size = static_cast<int>(points.total() / 4);
   EXPECT_EQ(points.total_mass(), 6.0 * size);
-  EXPECT_EQ(points.within({}, kUp).count, 2 * size);
+  EXPECT_EQ(points.within({}, {.normal = kUp}).count, 2 * size);
   EXPECT_EQ(points.largest_extent(), std::max(4.5, 2.0 * (size - 1))) << "from 0.5 to 5 m high";
   EXPECT_EQ(points.reference(0), 0.0);
   EXPECT_EQ(points.reference(1), 0.5);
   EXPECT_EQ(points.nearest({}), 1);
-  const PointRows section = points.section(2.0 * (size - 1) + 0.3, {}, kUp);  // of the last rank
+  const PointRows section = points.section(2.0 * (size - 1) + 0.3, {}, {.normal = kUp});  // of the last rank
   EXPECT_EQ(section.count, 2);
   EXPECT_EQ(section.mass, 6.0);
   EXPECT_EQ(section.rows.size(), rank + 1 == size ? 2U : 0U);
-  EXPECT_EQ(points.section(-7.0, {}, kUp).rows.size(), rank == 0 ? 2U : 0U);
+  EXPECT_EQ(points.section(-7.0, {}, {.normal = kUp}).rows.size(), rank == 0 ? 2U : 0U);
 }
 
 TEST(MassPoints, RefuseWhatIsNone) {

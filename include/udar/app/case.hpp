@@ -80,6 +80,7 @@ struct StartInput {
 struct ContactInput {
   std::vector<Support> supports;        ///< the floor or ground, if any, is the last
   bool faces_in_space = false;          ///< some normal, or place along y or z, was given
+  double field_tolerance = 0.0;         ///< see `Case`
   std::vector<MassPatch> mass_patches;  ///< parts of the beam whose nodes carry the mass of a support's width
   ContactParameters contact;
 };
@@ -118,6 +119,8 @@ struct Case : ModelParameters {
   bool modal = false;           ///< modes are integrated, and neither filter nor steps
   bool modal_estimate = true;   ///< see `FilterInput`
   std::vector<Place> gauges{};  ///< [m]
+  /// How far planes may be off the height field that they stand for [m]; 0: 1 % of the motion's scale.
+  double field_tolerance = 0.0;
   OutputParameters output{};
   RestartParameters restart{};
   double end_time = 1.0;  ///< [s]

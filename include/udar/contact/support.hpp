@@ -11,6 +11,7 @@
 
 #include "udar/contact/impact_law.hpp"
 #include "udar/contact/support_motion.hpp"
+#include "udar/numerics/height_grid.hpp"
 #include "udar/numerics/polyline.hpp"
 #include "udar/structure/mass_points.hpp"
 
@@ -37,6 +38,9 @@ struct Support {
     std::vector<double> height;  ///< [m]
   };
   Profile profile{};
+  /// A surface that is added to the height, of a support that looks up and neither moves nor is without width; null:
+  /// none. A point faces the plane that touches it above or below its place.
+  std::shared_ptr<const HeightGrid> field = nullptr;
   std::shared_ptr<const SupportMotion> motion = nullptr;       ///< what is added to the height over time; null: nothing
   double stiffness = std::numeric_limits<double>::infinity();  ///< of all of it [N/m], > 0; infinite: rigid
   double damping = 0.0;                                        ///< of all of it, if not rigid [N s/m]
@@ -53,7 +57,7 @@ struct Support {
 
   /// Whether it is not simply one below or above all that stands over its width.
   [[nodiscard]] bool in_space() const noexcept {
-    return normal.y != 1.0 || y.to < Region::kEnd || z.to < Region::kEnd || friction > 0.0;
+    return normal.y != 1.0 || field || y.to < Region::kEnd || z.to < Region::kEnd || friction > 0.0;
   }
   [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
   [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
@@ -61,6 +65,8 @@ struct Support {
   [[nodiscard]] Region region() const noexcept {
     return {.from = {.x = from(), .y = y.from, .z = z.from}, .to = {.x = to(), .y = y.to, .z = z.to}};
   }
+
+  [[nodiscard]] Facing facing() const { return {.normal = normal, .field = field}; }
 
   /// A support under the whole beam.
   [[nodiscard]] static Support floor(double height, double restitution) {
@@ -119,7 +125,8 @@ struct Contacts {
 
 /// @note Collective.
 /// @throws InputError naming quantity, value and range if a support is off the structure, touches no point, has e
-/// outside [0, 1], or if one that moves or gives way shares points with another on its side
+/// outside [0, 1], has a field of heights and what does not go with it, or if one that moves or gives way shares points
+/// with another on its side
 [[nodiscard]] Contacts find_contacts(const MassPoints& points, std::vector<Support> supports);
 
 }  // namespace udar

@@ -57,8 +57,9 @@ class ImpactDynamics {
   void solve();
 
   [[nodiscard]] TS stepper() const noexcept { return stepping_.ts; }
-  [[nodiscard]] double time() const noexcept { return time_; }                   ///< [s], of the last good step
-  [[nodiscard]] double end_time() const noexcept { return stepping_.end_time; }  ///< [s]
+  [[nodiscard]] double time() const noexcept { return time_; }                           ///< [s], of the last good step
+  [[nodiscard]] double end_time() const noexcept { return stepping_.end_time; }          ///< [s]
+  [[nodiscard]] double motion_length() const noexcept { return problem_.scale.length; }  ///< that of its scale [m]
   /// Whether the run reached its end (not stopped by a request or by `-ts_max_steps`).
   [[nodiscard]] bool completed() const noexcept { return completed_; }
   [[nodiscard]] RunCounts counts() const;

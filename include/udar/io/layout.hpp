@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "udar/io/file_rows.hpp"
+#include "udar/numerics/height_grid.hpp"
 #include "udar/structure/description.hpp"
 #include "udar/structure/field.hpp"
 #include "udar/structure/mass_points.hpp"
@@ -35,11 +36,13 @@ struct RunLayout {
   struct Support {
     double position = 0.0;     ///< centre along the beam [m]
     double width = 0.0;        ///< along the beam [m]; 0 for a point support
-    double height = 0.0;       ///< of the contact face [m], y up
+    double height = 0.0;       ///< of the contact face [m], y up; of a field the highest
     double restitution = 0.0;  ///< between 0 and 1
     int side = 1;              ///< +1 below the beam, -1 above
     /// Of a support in space: normal x, y, z [-], what it touches from and to along y, then along z [m]; else empty.
     std::vector<double> space{};
+    std::shared_ptr<const HeightGrid> field = nullptr;  ///< heights over `base`; null: none
+    double base = 0.0;                                  ///< [m]
     std::function<double(double)> lift =
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
   };

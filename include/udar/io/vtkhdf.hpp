@@ -16,10 +16,11 @@
 namespace udar::io {
 
 /// @brief The file results.vtkhdf: an unstructured grid with time steps, of three parts: the line in its cells, the
-/// masses as points, the supports as lines or points, of a structure in space as outlines of what they cover. Points
-/// stand at their place, at height 0 if all of the structure move along y, a support at its height; the point data
-/// `displacement` [m] moves them to where they are, and every field that has rows is data of the points of its part, or
-/// of the cells of the line. Of members there are `radius` [m], of points and of cells, and the number `member`.
+/// masses as points, the supports as lines or points, of a structure in space as outlines of what they cover, of a
+/// field of heights as lines along x and z. Points stand at their place, at height 0 if all of the structure move along
+/// y, a support at its height; the point data `displacement` [m] moves them to where they are, and every field that has
+/// rows is data of the points of its part, or of the cells of the line. Of members there are `radius` [m], of points
+/// and of cells, and the number `member`.
 ///
 /// All fields are virtual datasets: HDF5 takes them from results.h5 in the same folder.
 /// For the VTKHDF readers of VTK 9.3, ParaView 5.12 and later; earlier ones show the first row.

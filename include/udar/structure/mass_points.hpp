@@ -9,11 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
+#include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
+
+#include "udar/numerics/height_grid.hpp"
 
 namespace udar {
 
@@ -41,6 +42,15 @@ struct Region {
   }
   /// Edges to the rounding of decimal fractions.
   [[nodiscard]] bool holds(const Place& place) const;
+};
+
+/// @brief Where a face looks: everywhere the same way, or up from a field of heights over x and z.
+struct Facing {
+  Place normal = kUp;                                 ///< unit vector [-]
+  std::shared_ptr<const HeightGrid> field = nullptr;  ///< null: none
+
+  /// Unit vector at a place, along the field's normal above or below it; zero where the field has no height.
+  [[nodiscard]] Place at(const Place& place) const;
 };
 
 /// @brief The points of a node that moves along axes of its own: point k along axis k, unit vectors at right angles.
@@ -137,10 +147,10 @@ class MassPoints {
   /// @{
   /// The nearest point, the first of those equally near.
   [[nodiscard]] virtual PetscInt nearest(const Place& place) const = 0;
-  /// All points in a region, edges included to their rounding, that move along an axis.
-  [[nodiscard]] virtual PointRows within(const Region& region, const Place& along) const = 0;
+  /// All points in a region, edges included to their rounding, that move along the normal of a face.
+  [[nodiscard]] virtual PointRows within(const Region& region, const Facing& facing) const = 0;
   /// Of them all with the x that is nearest, the smaller of two equally near; the region's own x does not count.
-  [[nodiscard]] virtual PointRows section(double x, const Region& region, const Place& along) const = 0;
+  [[nodiscard]] virtual PointRows section(double x, const Region& region, const Facing& facing) const = 0;
   /// The height of the node at a point that moves along y: what of which points adds up to it; equal on every rank.
   [[nodiscard]] virtual std::vector<PointShare> height_of(PetscInt point) const { return {{point, 1.0}}; }
   /// What a force at a place is dealt to, so that force and moment stay where that can be; equal on every rank.
@@ -192,8 +202,8 @@ class PlacedPoints final : public MassPoints {
   [[nodiscard]] double largest_extent() const override { return largest_extent_; }
   [[nodiscard]] double total_mass() const override { return total_mass_; }
   [[nodiscard]] PetscInt nearest(const Place& place) const override;
-  [[nodiscard]] PointRows within(const Region& region, const Place& along) const override;
-  [[nodiscard]] PointRows section(double x, const Region& region, const Place& along) const override;
+  [[nodiscard]] PointRows within(const Region& region, const Facing& facing) const override;
+  [[nodiscard]] PointRows section(double x, const Region& region, const Facing& facing) const override;
   [[nodiscard]] std::vector<PointShare> height_of(PetscInt point) const override;
   [[nodiscard]] Place axis(std::size_t point) const override;
   [[nodiscard]] std::optional<std::array<std::size_t, 2>> beside(std::size_t point) const override;
@@ -201,15 +211,21 @@ class PlacedPoints final : public MassPoints {
 
  private:
   PlacedPoints(PointTable&& table, MPI_Comm comm, int components);
-  [[nodiscard]] bool moves_along(std::size_t point, const Place& along) const;
+  [[nodiscard]] bool moves_along(std::size_t point, const Facing& facing) const;
+  /// Which axis of which frame a point moves along.
+  struct Framed {
+    const NodeFrame* frame;
+    std::size_t axis;
+  };
+  [[nodiscard]] std::optional<Framed> framed(std::size_t point) const;
 
   std::vector<Place> place_;
   std::vector<std::int64_t> number_;
   std::vector<Direction> direction_;
   std::size_t nodes_ = 0;
   std::vector<NodeFrame> frames_;
-  std::map<std::size_t, std::pair<std::size_t, std::size_t>> framed_;  // of a point: its frame, and which axis
-  std::vector<std::size_t> by_x_;  // local points that move anywhere, ascending by x, then by number
+  std::vector<std::size_t> framed_;  // of a point: 1 + 3 frame + axis, or 0; empty without frames
+  std::vector<std::size_t> by_x_;    // local points that move anywhere, ascending by x, then by number
   Extent extent_;
   double largest_extent_ = 0.0;
   double total_mass_ = 0.0;

@@ -75,7 +75,7 @@ struct Member {
 /// @brief What nodes of a region face: there they have a mass along the normal.
 struct FacedPlane {
   Region region;
-  Place normal{};  ///< unit vector [-]
+  Facing facing{};
 };
 
 /// @brief How junctions are dealt to ranks: by METIS, or in their order.
@@ -128,7 +128,7 @@ class Network final : public Structure {
   /// not allowed, does not exist, or stands twice at one place; if a node faces two planes that are not at right
   /// angles, or is held in some directions and faces an oblique one; if a junction can turn without being resisted (of
   /// members of one element with two offsets that is left to the solver of the filter); if there are more ranks than
-  /// junctions
+  /// junctions; if a node faces a field where that has no height
   Network(MPI_Comm comm, NetworkParameters parameters);
 
   [[nodiscard]] const MassPoints& points() const override { return *points_; }

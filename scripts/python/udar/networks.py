@@ -139,6 +139,10 @@ class Space:
         reach = 0.6 * np.linalg.norm(self.high - self.low)
         for number, support in enumerate(run.supports):
             lift = float(run.lift_of(number, time))
+            if support.field is not None:
+                self.add_field(support)
+                kinds.add("support")
+                continue
             if support.normal is not None:
                 self.add_plane(support, support.height + lift, reach)
                 kinds.add("support")
@@ -175,6 +179,27 @@ class Space:
         corners = np.array([centre + a * along[0] + b * along[1] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
         self.add_faces([upright(corners)])
         self.low, self.high = np.minimum(self.low, corners.min(axis=0)), np.maximum(self.high, corners.max(axis=0))
+
+    def add_field(self, support):
+        """Cells of a height field next to what stands over it, some of them where there are many."""
+        x, z, height = support.field
+        rows, columns = (self.chosen(axis, max(self.low[k], support.box[k, 0]), min(self.high[k], support.box[k, 1]))
+                         for axis, k in ((z, 2), (x, 0)))
+        corners = [[np.array([x[i], height[j, i], z[j]]) for i in columns] for j in rows]
+        faces = [np.array([a, b, d, c]) for near, far in zip(corners[:-1], corners[1:])
+                 for a, b, c, d in zip(near[:-1], near[1:], far[:-1], far[1:])]
+        faces = [face for face in faces if np.isfinite(face).all()]
+        if faces:
+            self.add_faces([upright(face) for face in faces])
+            points = np.concatenate(faces)
+            self.low, self.high = np.minimum(self.low, points.min(axis=0)), np.maximum(self.high, points.max(axis=0))
+
+    @staticmethod
+    def chosen(axis, low, high):
+        """Numbers of at most some dozens of places on an axis, what lies between two places and one more each way."""
+        last = min(np.searchsorted(axis, high), len(axis) - 1)
+        first = min(max(np.searchsorted(axis, low, side="right") - 1, 0), last)
+        return np.unique(np.append(np.arange(first, last, (last - first) // 50 + 1), last))
 
     def add_faces(self, faces):
         self.axis.add_collection3d(Poly3DCollection(faces, facecolor="#c9c9c9", edgecolor=SUPPORT_GREY, alpha=0.45,

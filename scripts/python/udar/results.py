@@ -31,6 +31,7 @@ class Support:
     face: np.ndarray  # its height there
     normal: np.ndarray = None  # of a plane that does not look up: along it the height counts, from the origin
     box: np.ndarray = None     # rows of from and to along x, y, z that it touches [m]
+    field: tuple = None        # x, z and rows of heights over them, one row for each z
 
 
 @dataclasses.dataclass
@@ -242,6 +243,12 @@ def read_supports(file, x):
         is_floor = is_wide and normals[number, 1] == 1.0
         if is_wide:
             low, high, position = x.min(), x.max(), (x.min() + x.max()) / 2
+        if f"height_field_{number}_x" in file:
+            grid = [file[f"height_field_{number}_{part}"][()] for part in ("x", "z", "height")]
+            supports.append(Support(f"support {number}, height field", low, high, position, height, side, False,
+                                    np.array([low, high]), np.full(2, height), normals[number], box,
+                                    (grid[0], grid[1], grid[2].reshape(len(grid[1]), len(grid[0])))))
+            continue
         if normals[number, 1] != 1.0:
             supports.append(Support(f"support {number}, plane", low, high, position, height, side, False,
                                     np.array([low, high]), np.full(2, height), normals[number], box))

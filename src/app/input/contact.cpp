@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/input/readers.hpp"
+#include "udar/io/height_field_file.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 
@@ -74,6 +75,24 @@ void given_with_spring(bool restitution_given, double restitution, double yield_
   }
 }
 
+/// An option that takes a file for each of some things, or one for all.
+struct FileList {
+  const char* key;
+  Strings paths{"none"};
+  bool given = false;
+
+  void read(OptionGroup& group, const char* text) { given = group.strings(key, paths, text); }
+  void spread(std::size_t count, const char* per_thing) {
+    if (given) {
+      paths = petsc::one_per(key, paths, count, per_thing);
+    }
+  }
+  /// Null: none of its own.
+  [[nodiscard]] const std::string* operator[](std::size_t i) const {
+    return given && paths[i] != "none" ? &paths[i] : nullptr;
+  }
+};
+
 constexpr const char* kPerSupport = "one per -support_position";
 constexpr const char* kPerSupportOrGround = "one per support, floor or ground included";
 
@@ -130,6 +149,11 @@ class SupportLists {
         group.reals("-support_normal", normal_, "-", petsc::any(),
                     "for networks: where the face looks, three numbers along x, y, z of any length, for each "
                     "support or all of them; -support_height counts along it from the origin");
+    field_.read(
+        group,
+        "for networks: files of heights over x and z added to -support_height, one per -support_position, one "
+        "for all; none: flat. A CSV file x, z, height [m] with a row for each point of a grid, or an ESRI ASCII "
+        "grid, x to the east, z to the south; smooth between");
     for (NumberList* list : {&y_, &z_}) {
       list->read(group, "m", petsc::any(), "for networks: centre of what is touched, see -support_*_width");
     }
@@ -151,8 +175,8 @@ class SupportLists {
   }
 
   void read_motion_and_springs(OptionGroup& group) {
-    motion_given_ = group.strings(
-        "-support_motion", motion_,
+    motion_.read(
+        group,
         "CSV files time [s], height [m] added to -support_height and, if there is a third column, velocity [m/s], "
         "one per -support_position, one for all; none: at rest. Cubic between rows, at rest beside them; "
         "without velocities no height leaves the range of the two rows around it");
@@ -178,9 +202,8 @@ class SupportLists {
                        std::to_string(count()) +
                        " supports are not allowed, expected three for each -support_position, or three for all"};
     }
-    if (motion_given_) {
-      motion_ = petsc::one_per("-support_motion", motion_, count(), kPerSupport);
-    }
+    motion_.spread(count(), kPerSupport);
+    field_.spread(count(), kPerSupport);
     if (const std::size_t all = count() + (ground ? 1 : 0); all > 0) {
       restitution_.spread(all, kPerSupportOrGround);
       yield_speed_.spread(all, kPerSupportOrGround);
@@ -208,7 +231,7 @@ class SupportLists {
 
   [[nodiscard]] std::size_t count() const noexcept { return position_.values.size(); }
   [[nodiscard]] bool in_space() const noexcept {
-    return facing_given_ || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
+    return facing_given_ || field_.given || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
   }
   [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
   [[nodiscard]] double last_restitution() const { return restitution_.values.back(); }
@@ -233,8 +256,11 @@ class SupportLists {
       support.height = 0.0 - support.height;
       support.side = support.side == SupportSide::below ? SupportSide::above : SupportSide::below;
     }
-    if (motion_given_ && motion_[i] != "none") {
-      support.motion = read_motion(comm, motion_[i], turned);
+    if (const std::string* path = field_[i]; path != nullptr) {
+      support.field = io::read_height_field(comm, "support height field", *path);
+    }
+    if (const std::string* path = motion_[i]; path != nullptr) {
+      support.motion = read_motion(comm, *path, turned);
     }
     if (support.damping > 0.0 && !support.elastic()) {
       throw InputError{"option -support_damping: " + std::to_string(support.damping) +
@@ -259,6 +285,7 @@ class SupportLists {
   bool side_given_ = false;
   Numbers normal_{0.0, 1.0, 0.0};
   bool facing_given_ = false;
+  FileList field_{"-support_height_field"};
   NumberList y_{"-support_y_position", {0.0}};
   NumberList y_width_{"-support_y_width", {kInfinity}};
   NumberList z_{"-support_z_position", {0.0}};
@@ -266,8 +293,7 @@ class SupportLists {
   NumberList restitution_{"-contact_restitution", {1.0}};
   NumberList yield_speed_{"-support_yield_speed", {kInfinity}};
   NumberList friction_{"-support_friction", {0.0}};
-  Strings motion_{"none"};
-  bool motion_given_ = false;
+  FileList motion_{"-support_motion"};
   NumberList stiffness_{"-support_stiffness", {kInfinity}};
   NumberList damping_{"-support_damping", {0.0}};
 };
@@ -294,6 +320,9 @@ ContactInput read_contact(MPI_Comm comm) {
   Ground ground;
   lists.read_places(group);
   lists.read_facing(group);
+  group.real("-support_field_tolerance", input.field_tolerance, "m", petsc::positive(),
+             "a mass keeps the plane of its -support_height_field below or above its start: a warning where that was "
+             "off by more while they touched; default 1 % of the motion's own scale");
   ground.read(group);
   lists.read_law(group);
   read_contact_parameters(group, input.contact);
