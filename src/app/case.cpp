@@ -133,7 +133,7 @@ CaseInput read_case(MPI_Comm comm) {
         "-filter_frequency [rad/s]"};
   }
   input.start = read_start(comm);
-  input.contact = read_contact(comm);
+  input.contact = read_contact(comm, input.structure.network);
   input.output = read_output(comm);
   check_gauges(input);
   check_space(input);

@@ -58,7 +58,9 @@ std::string sides(const std::vector<Support>& supports) {
     const char* before = ", at x = ";
     for (const Support& support : supports) {
       text << before;
-      if (std::isinf(support.width)) {
+      if (support.boxed()) {
+        text << "a box";
+      } else if (std::isinf(support.width)) {
         text << "all of the beam";
       } else {
         text << support.position << " m";

@@ -1,6 +1,7 @@
 #include "app/run_layout.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -39,8 +40,9 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
     layout.gauge_position.push_back(gauge.x);
   }
   for (const Support& support : input.supports) {
-    layout.supports.push_back({.position = support.position,
-                               .width = support.width,
+    const bool bounded = std::isfinite(support.x.length());  // a box's
+    layout.supports.push_back({.position = bounded ? support.x.middle() : support.position,
+                               .width = bounded ? support.x.length() : support.width,
                                .height = support.field               ? support.height + support.field->highest()
                                          : support.profile.x.empty() ? support.height
                                                                      : std::ranges::max(support.profile.height),

@@ -9,14 +9,15 @@ void describe(Description& all, std::span<const Support> supports) {
   const auto number = [&](std::string_view name, std::size_t index) {
     all.add_each(name, supports, [index](const Support& support) {
       const auto& [position, width, height, restitution, side, yield_speed, profile, field, motion, stiffness, damping,
-                   friction, normal, y, z] = support;
+                   friction, normal, x, y, z] = support;
       static_cast<void>(profile);  // the lists below
       static_cast<void>(field);
       static_cast<void>(motion);
       return std::array{position,    width,       height,    static_cast<double>(side),
                         restitution, yield_speed, stiffness, damping,
-                        normal.x,    normal.y,    normal.z,  y.from,
-                        y.to,        z.from,      z.to,      friction}
+                        normal.x,    normal.y,    normal.z,  x.from,
+                        x.to,        y.from,      y.to,      z.from,
+                        z.to,        friction}
           .at(index);
     });
   };
@@ -30,8 +31,9 @@ void describe(Description& all, std::span<const Support> supports) {
   number("supports, damping [N s/m]", 7);
   if (std::ranges::any_of(supports, &Support::in_space)) {
     constexpr std::array kNames{"supports, normals, x", "supports, normals, y", "supports, normals, z",
-                                "supports, y from [m]", "supports, y to [m]",   "supports, z from [m]",
-                                "supports, z to [m]",   "supports, friction"};
+                                "supports, x from [m]", "supports, x to [m]",   "supports, y from [m]",
+                                "supports, y to [m]",   "supports, z from [m]", "supports, z to [m]",
+                                "supports, friction"};
     for (std::size_t k = 0; k < kNames.size(); ++k) {
       number(kNames.at(k), 8 + k);
     }

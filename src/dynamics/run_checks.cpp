@@ -33,14 +33,15 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
       const double gap = set.side * (masses.position[node] - height);
       if (gap < -contact.touching_distance(masses.position[node], height)) {
         const Support& support = contact.supports()[static_cast<std::size_t>(set.support)];
-        const bool floor = std::isinf(support.width);
+        const bool floor = std::isinf(support.width) && !support.field && !support.boxed();
         std::ostringstream message;
         message << (!support.profile.x.empty() ? "ground profile"
                     : support.field            ? "support height field"
+                    : support.boxed()          ? "support box"
                     : floor                    ? "floor height"
                                                : "support height")
                 << ": " << height << " is not allowed, "
-                << (floor && !support.field ? "the ground" : "support " + std::to_string(set.support))
+                << (floor ? "the ground" : "support " + std::to_string(set.support))
                 << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
                 << " m; expected a height on its own side of the beam (`initial height`) [m], or a spring that is "
                    "pressed from the start (`support stiffness` with `contact surface` line)";

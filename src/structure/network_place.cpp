@@ -45,4 +45,20 @@ void place_network(NetworkParameters& network, const Place& angles, const Place&
   }
 }
 
+std::vector<Place> node_places(const NetworkParameters& network) {
+  std::vector<Place> places;
+  places.reserve(network.junctions.size());
+  for (const Junction& junction : network.junctions) {
+    places.push_back(junction.place);
+  }
+  for (const Member& member : network.members) {
+    const Place from = end_place(network, member, 0);
+    const Place span = span_of(network, member);
+    for (std::size_t i = 1; i < member.elements; ++i) {
+      places.push_back(from + (static_cast<double>(i) / static_cast<double>(member.elements)) * span);
+    }
+  }
+  return places;
+}
+
 }  // namespace udar

@@ -297,6 +297,71 @@ class Floors(NetworkContactTest):
         self.assertIn("more than 2000 contact points", failed.errors[0])
 
 
+class Boxes(NetworkContactTest):
+    """Boxes as obstacles: planes with edges, of which one entry makes as many as somebody faces."""
+
+    def test_a_box_is_its_faces(self):
+        # Beside the second foot, and under the first.
+        boxes = {"support_position": None, "support_width": None,
+                 "support_box": "2.01,3,-0.2,0.5,-0.5,0.5,-0.5,0.5,-1,-0.01,-0.5,1.6"}
+        faces = {"support_position": "0,0", "support_width": "inf,1", "support_normal": "-1,0,0,0,1,0",
+                 "support_height": "-2.01,-0.01", "support_y_position": "0.15,0", "support_y_width": "0.7,inf",
+                 "support_z_position": "0,0.55", "support_z_width": "1,2.1"}
+        for ways in ({"ts_type": "impact", "contact_restitution": "0.5,0.8"},
+                     {"ts_type": "rk", "support_friction": "0.4,0.2"}):
+            with self.subTest(ways=ways):
+                planes, found = (self.fly(f"{ways['ts_type']}-{name}", frame(np.eye(3)), (2, -2, 0.1), **ways, **given)
+                                 for name, given in (("planes", faces), ("boxes", boxes)))
+                self.assertGreater(min(np.abs(planes.summary()["support_impulse"])), 50.0)
+                self.same(planes, found, 1e-12)
+
+    BAR = {"structure_type": "network", "network_grillage": "2,1", "network_spacing": 2, "network_elements": 20,
+           "filter_frequency": 3000, "gravity": 0, "initial_height": 0, "initial_velocity_x": 1, "ts_type": "impact",
+           "ts_max_time": 2e-3, "output_interval": 1e-5, "output_field_interval": 0}
+
+    def test_a_bar_flies_at_the_side_of_a_box(self):
+        hit = self.run_case({**self.BAR, "support_box": "2.0005,3,-0.1,0.1,-0.1,0.1"})
+        impacts = hit.csv("impacts.csv")
+        self.assertEqual(set(impacts["node"]), {1})
+        self.assertAlmostEqual(impacts["time"][0], 5e-4, delta=1e-12)
+        self.assertEqual(len(hit.summary()["support_impulse"]), 1)
+        over = self.run_case({**self.BAR, "support_box": "0.5,1.5,-1,-0.01,-1,1"}, name="over")
+        self.assertEqual(over.summary()["impacts"], 0, "along its top")
+
+    def test_a_grillage_lands_on_a_box(self):
+        grillage = {"network_grillage": "3,3", "network_elements": 2, "network_spacing": 1}
+        fallen = self.run_case({**FLIGHT, **grillage, "support_position": None, "support_width": None, "gravity": 9.81,
+                                "initial_height": 0.05, "support_box": "-0.1,1.1,-1,-0.01,0.9,2.1",
+                                "ts_max_time": 0.15})
+        _, places = masses_of(fallen)
+        touched = np.unique(fallen.csv("impacts.csv")["node"].astype(int))
+        over = (places[:, 0] < 1.1) & (places[:, 2] > 0.9)
+        self.assertEqual(list(touched), list(np.flatnonzero(over)), fallen)
+        self.assertAlmostEqual(fallen.csv("impacts.csv")["time"][0], np.sqrt(2 * 0.06 / 9.81), delta=1e-9)
+
+    def test_refusals(self):
+        path = self.scratch / "frame.yaml"
+        path.write_text(frame(np.eye(3)))
+        case = {**FLIGHT, "support_position": None, "support_width": None, "network_file": path}
+        for words, changes in (
+            (["-support_box", "5 numbers", "six"], {"support_box": "0,1,0,1,0"}),
+            (["-support_box", "1,0,0,1,0,1", "from < to"], {"support_box": "1,0,0,1,0,1"}),
+            (["-support_box", "node at (2, 0.1, 0)", "in it", "-network_shift"], {"support_box": "1.9,3,0,1,-1,1"}),
+            (["-support_box", "above, below or beside"], {"support_box": "5,6,5,6,5,6"}),
+            (["-support_box", "overlaps"], {"support_box": "-1,1,-1,-0.1,-1,1", "initial_height": -1}),
+            (["-contact_restitution", "3", "2"],
+             {"support_box": "-1,1,-1,-0.1,-1,1", "floor": True, "floor_height": -3, "contact_restitution": "1,1,1"}),
+            (["-support_box", "-structure_type network"],
+             {"structure_type": "beam", "network_file": None, "support_box": "0,1,-1,0,0,1"}),
+        ):
+            with self.subTest(changes=changes):
+                failed = run({"output_directory": self.scratch / "run", **case, **changes})
+                self.assertEqual(failed.code, 1, failed)
+                self.assertEqual(len(failed.errors), 1, failed)
+                for word in words:
+                    self.assertIn(word, failed.errors[0])
+
+
 class HeightFields(NetworkContactTest):
     """Ground given by its heights over a grid."""
 

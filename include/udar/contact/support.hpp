@@ -2,6 +2,7 @@
 /// @file
 /// Supports and the nodes they can touch.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -47,6 +48,7 @@ struct Support {
   double friction = 0.0;  ///< Coulomb's coefficient, of nodes that move across its normal, too [-]
   /// Of its face, a unit vector: heights count along it, from the origin. Nodes must move along it.
   Place normal = kUp;
+  Extent x{-Region::kEnd, Region::kEnd};  ///< of what it touches, besides its width: of a face of a box [m]
   Extent y{-Region::kEnd, Region::kEnd};  ///< of what it touches [m]
   Extent z{-Region::kEnd, Region::kEnd};
 
@@ -57,15 +59,18 @@ struct Support {
 
   /// Whether it is not simply one below or above all that stands over its width.
   [[nodiscard]] bool in_space() const noexcept {
-    return normal.y != 1.0 || field || y.to < Region::kEnd || z.to < Region::kEnd || friction > 0.0;
+    return normal.y != 1.0 || field || boxed() || y.to < Region::kEnd || z.to < Region::kEnd || friction > 0.0;
   }
   [[nodiscard]] double from() const noexcept { return position - 0.5 * width; }  ///< [m]
   [[nodiscard]] double to() const noexcept { return position + 0.5 * width; }    ///< [m]
   /// Where it touches nodes; with no width of its own its x is to be ignored.
   [[nodiscard]] Region region() const noexcept {
-    return {.from = {.x = from(), .y = y.from, .z = z.from}, .to = {.x = to(), .y = y.to, .z = z.to}};
+    return {.from = {.x = std::max(from(), x.from), .y = y.from, .z = z.from},
+            .to = {.x = std::min(to(), x.to), .y = y.to, .z = z.to}};
   }
 
+  /// Whether it is a face of a box.
+  [[nodiscard]] bool boxed() const noexcept { return x.from > -Region::kEnd || x.to < Region::kEnd; }
   [[nodiscard]] Facing facing() const { return {.normal = normal, .field = field}; }
 
   /// A support under the whole beam.
@@ -75,8 +80,8 @@ struct Support {
             .height = height,
             .restitution = restitution};
   }
-  /// Height of the contact face at x [m].
-  [[nodiscard]] double height_at(double x) const { return height + interpolate(profile.x, profile.height, x); }
+  /// Height of the contact face at some x [m].
+  [[nodiscard]] double height_at(double along) const { return height + interpolate(profile.x, profile.height, along); }
 };
 
 /// @brief A row of this rank's points that may touch one support, and how: geometry, law and spring.

@@ -2,6 +2,8 @@
 /// @file
 /// Where a network stands and how it is turned.
 
+#include <vector>
+
 #include "udar/structure/network.hpp"
 
 namespace udar {
@@ -10,5 +12,8 @@ namespace udar {
 /// it; what holds junctions and springs to the ground stay along x, y and z.
 /// @param angles about x, y, z [rad] @param shift [m]
 void place_network(NetworkParameters& network, const Place& angles, const Place& shift);
+
+/// @brief Where all nodes stand, junctions first, then the inner nodes of each member [m].
+[[nodiscard]] std::vector<Place> node_places(const NetworkParameters& network);
 
 }  // namespace udar

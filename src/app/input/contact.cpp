@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <span>
@@ -8,9 +9,11 @@
 #include <utility>
 
 #include "app/input/readers.hpp"
+#include "udar/contact/box.hpp"
 #include "udar/io/height_field_file.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
+#include "udar/structure/network_place.hpp"
 
 namespace udar::app {
 namespace {
@@ -115,10 +118,11 @@ struct Ground {
   }
   [[nodiscard]] bool any() const { return floor || !file.empty(); }
 
-  [[nodiscard]] Support support(MPI_Comm comm, double restitution, double yield_speed, double friction) const {
-    Support support = Support::floor(file.empty() ? height : 0.0, restitution);
-    support.yield_speed = yield_speed;
-    support.friction = friction;
+  /// @param law its restitution, friction and yield speed
+  [[nodiscard]] Support support(MPI_Comm comm, const Support& law) const {
+    Support support = law;
+    support.width = kInfinity;
+    support.height = file.empty() ? height : 0.0;
     if (!file.empty()) {
       const io::Table table = io::read_table(comm, "ground profile", file, {.names = {"x [m]", "height [m]"}});
       require_ascending("-ground_profile", file, column(table, 0), "positions [m]");
@@ -142,6 +146,17 @@ class SupportLists {
     height_.read(group, "m", petsc::any(), "height of the contact face above y = 0");
     side_given_ =
         group.choices<SupportSide>("-support_side", side_, kSides, "on which side of the beam the support stands");
+  }
+
+  void read_boxes(OptionGroup& group) {
+    group.reals("-support_box", boxes_, "m", petsc::any(),
+                "for networks: rigid boxes, six numbers each, from and to along x, y and z. Nodes touch the face they "
+                "stand in front of; each face is a support after those of -support_position, with the entry of its box "
+                "in the lists of restitution, friction and yield speed");
+    if (boxes_.size() % kBoxNumbers != 0) {
+      throw InputError{"option -support_box: " + std::to_string(boxes_.size()) +
+                       " numbers are not allowed, expected six for each box, from and to along x, y and z [m]"};
+    }
   }
 
   void read_facing(OptionGroup& group) {
@@ -204,7 +219,7 @@ class SupportLists {
     }
     motion_.spread(count(), kPerSupport);
     field_.spread(count(), kPerSupport);
-    if (const std::size_t all = count() + (ground ? 1 : 0); all > 0) {
+    if (const std::size_t all = count() + boxes() + (ground ? 1 : 0); all > 0) {
       restitution_.spread(all, kPerSupportOrGround);
       yield_speed_.spread(all, kPerSupportOrGround);
       friction_.spread(all, kPerSupportOrGround);
@@ -230,24 +245,40 @@ class SupportLists {
   }
 
   [[nodiscard]] std::size_t count() const noexcept { return position_.values.size(); }
+  [[nodiscard]] std::size_t boxes() const noexcept { return boxes_.size() / kBoxNumbers; }
   [[nodiscard]] bool in_space() const noexcept {
     return facing_given_ || field_.given || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
   }
   [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
-  [[nodiscard]] double last_restitution() const { return restitution_.values.back(); }
-  [[nodiscard]] double last_yield_speed() const { return yield_speed_.values.back(); }
-  [[nodiscard]] double last_friction() const { return friction_.values.back(); }
+  /// Restitution, friction and yield speed of an entry: supports, boxes, ground.
+  [[nodiscard]] Support law(std::size_t i) const {
+    Support support{.restitution = restitution_[i], .yield_speed = yield_speed_[i]};
+    support.friction = friction_[i];
+    return support;
+  }
+
+  /// The faces of all boxes.
+  [[nodiscard]] std::vector<Support> faces(const NetworkParameters& network) const {
+    std::vector<Support> all;
+    const std::vector<Place> nodes = node_places(network);
+    for (std::size_t i = 0; i < boxes(); ++i) {
+      const auto numbers = std::span{boxes_}.subspan(kBoxNumbers * i, kBoxNumbers);
+      const Region box{.from = {.x = numbers[0], .y = numbers[2], .z = numbers[4]},
+                       .to = {.x = numbers[1], .y = numbers[3], .z = numbers[5]}};
+      const std::vector<Support> own = box_faces(box, law(count() + i), nodes);
+      all.insert(all.end(), own.begin(), own.end());
+    }
+    return all;
+  }
 
   [[nodiscard]] Support support(MPI_Comm comm, std::size_t i) const {
-    Support support{.position = position_[i],
-                    .width = width_[i],
-                    .height = height_[i],
-                    .restitution = restitution_[i],
-                    .side = side_[i],
-                    .yield_speed = yield_speed_[i],
-                    .stiffness = stiffness_[i],
-                    .damping = damping_[i]};
-    support.friction = friction_[i];
+    Support support = law(i);
+    support.position = position_[i];
+    support.width = width_[i];
+    support.height = height_[i];
+    support.side = side_[i];
+    support.stiffness = stiffness_[i];
+    support.damping = damping_[i];
     support.y = around(y_[i], y_width_[i]);
     support.z = around(z_[i], z_width_[i]);
     const auto [normal, turned] = facing(std::span{normal_}.subspan(normal_.size() == 3 ? 0 : 3 * i, 3));
@@ -277,6 +308,8 @@ class SupportLists {
     return {.from = centre - 0.5 * width, .to = centre + 0.5 * width};
   }
 
+  static constexpr std::size_t kBoxNumbers = 6;
+
   NumberList position_{"-support_position"};
   NumberList width_{"-support_width", {0.0}};
   Weighting weighting_ = Weighting::tributary;
@@ -286,6 +319,7 @@ class SupportLists {
   Numbers normal_{0.0, 1.0, 0.0};
   bool facing_given_ = false;
   FileList field_{"-support_height_field"};
+  Numbers boxes_;
   NumberList y_{"-support_y_position", {0.0}};
   NumberList y_width_{"-support_y_width", {kInfinity}};
   NumberList z_{"-support_z_position", {0.0}};
@@ -313,7 +347,7 @@ void read_contact_parameters(OptionGroup& group, ContactParameters& contact) {
 
 }  // namespace
 
-ContactInput read_contact(MPI_Comm comm) {
+ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network) {
   ContactInput input;
   OptionGroup group{comm, "Supports and contact (lists: one entry per support, or one for all)"};
   SupportLists lists;
@@ -323,6 +357,7 @@ ContactInput read_contact(MPI_Comm comm) {
   group.real("-support_field_tolerance", input.field_tolerance, "m", petsc::positive(),
              "a mass keeps the plane of its -support_height_field below or above its start: a warning where that was "
              "off by more while they touched; default 1 % of the motion's own scale");
+  lists.read_boxes(group);
   ground.read(group);
   lists.read_law(group);
   read_contact_parameters(group, input.contact);
@@ -338,9 +373,14 @@ ContactInput read_contact(MPI_Comm comm) {
       input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }
   }
+  if (lists.boxes() > 0 && !network) {
+    throw InputError{"option -support_box is not allowed without -structure_type network"};
+  }
+  if (network) {
+    std::ranges::move(lists.faces(*network), std::back_inserter(input.supports));
+  }
   if (ground.any()) {
-    input.supports.push_back(
-        ground.support(comm, lists.last_restitution(), lists.last_yield_speed(), lists.last_friction()));
+    input.supports.push_back(ground.support(comm, lists.law(lists.count() + lists.boxes())));
   }
   return input;
 }

@@ -52,7 +52,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @param asked whether there must be a network; else none of its options may be given
 [[nodiscard]] std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked);
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
-[[nodiscard]] ContactInput read_contact(MPI_Comm comm);
+/// @param network whose nodes boxes are beside
+[[nodiscard]] ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm);
 /// @param step_needed whether a step must be given
 [[nodiscard]] TimeInput read_time(MPI_Comm comm, bool step_needed);
