@@ -223,6 +223,19 @@ class Slopes(NetworkContactTest):
                 self.assertLess(errors[1], 2e-3 * speed**2 / up / 2)
                 self.assertLess(errors[1], 0.6 * errors[0], "first order")
 
+    def test_a_body_at_rest_on_an_incline(self):
+        angle, g = 0.5, 9.81  # tan = 0.546
+        steps = (4e-4, 2e-4)
+        stuck = [self.slide(f"stuck-{step}", 0.6, angle, 0.0, ts_adapt_dt_max=step, ts_rtol=1e-6) for step in steps]
+        for step, (times, way) in zip(steps, stuck):
+            # It falls freely along the slope in each step and is stopped at its end: half a step's speed, no more.
+            self.assertLess(np.abs(way - 0.5 * g * np.sin(angle) * step * times).max(), 1e-2 * way.max())
+        self.assertLess(stuck[1][1].max(), 0.51 * stuck[0][1].max())
+        self.assertLess(stuck[1][1].max(), 2e-3 * 0.5 * g * np.sin(angle) * 0.4**2)
+        times, way = self.slide("slides", 0.5, angle, 0.0, ts_adapt_dt_max=steps[1], ts_rtol=1e-6)
+        slid = 0.5 * g * (np.sin(angle) - 0.5 * np.cos(angle)) * times**2
+        self.assertLess(np.abs(way - slid).max(), 0.5 * g * np.sin(angle) * steps[1] * 0.4)
+
     def test_friction_of_an_impact(self):
         # One point of contact: what it gives along the normal, times the coefficient, is what it takes across.
         lone = frame(np.eye(3), places=np.array([[0, 0.6, 0], [1.0, 0, 0.1], [0.3, 0.8, 0.9], [0.6, 0.9, 0.3]]))
@@ -561,7 +574,8 @@ class Refusals(NetworkContactTest):
             (["-support_z_*", "-structure_type network"], {**beam, "support_z_width": 1}),
             (["-initial_velocity_x", "-structure_type network"], {**beam, "initial_velocity_x": 1}),
             (["-initial_spin", "2 values"], {**network, "initial_spin": "1,2"}),
-            (["-support_friction", "impact", "rk"], {**network, "support_friction": 0.3, "ts_type": "impact"}),
+            *((["-support_friction", name, "rk"], {**network, "support_friction": 0.3, "ts_type": name})
+              for name in ("impact", "chebyshev", "moreau")),
             (["-support_friction", "-contact_surface line"],
              {**network, "support_friction": 0.3, "contact_surface": "line"}),
             (["overlaps"], {**network, "support_normal": "1,0,0", "support_height": 0.5}),
