@@ -5,19 +5,24 @@
 namespace udar {
 namespace {
 
-std::array<double, 3> values_of(const Place& axis) { return {axis.x, axis.y, axis.z}; }
-
-/// Numbers of points from their nodes' own axes to x, y, z, or back.
-void turn(std::span<const NodeFrame> frames, bool back, double* values) {
+/// Numbers of points along their nodes' own axes, in place, as those along x, y, z.
+void turn(std::span<const NodeFrame> frames, double* values) {
   for (const auto& [points, axes] : frames) {
-    std::array<double, 3> turned{};
+    const auto& [a, b, c] = axes;
+    const std::array<double, 3> own{values[points[0]], values[points[1]], values[points[2]]};
+    values[points[0]] = a.x * own[0] + b.x * own[1] + c.x * own[2];
+    values[points[1]] = a.y * own[0] + b.y * own[1] + c.y * own[2];
+    values[points[2]] = a.z * own[0] + b.z * own[1] + c.z * own[2];
+  }
+}
+
+/// The way back.
+void turn_back(std::span<const NodeFrame> frames, double* values) {
+  for (const auto& [points, axes] : frames) {
+    const std::array<double, 3> along{values[points[0]], values[points[1]], values[points[2]]};
     for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        turned.at(back ? k : i) += values_of(axes.at(k)).at(i) * values[points.at(back ? i : k)];
-      }
-    }
-    for (std::size_t k = 0; k < 3; ++k) {
-      values[points.at(k)] = turned.at(k);
+      const auto& [x, y, z] = axes[k];
+      values[points[k]] = x * along[0] + y * along[1] + z * along[2];
     }
   }
 }
@@ -33,7 +38,7 @@ std::span<const FilterColumn> FramedColumns::of_unknowns(std::span<const FilterC
     values_.at(which).resize(std::max(values_.at(which).size(), columns.size()));
     std::vector<double>& values = values_.at(which)[c];
     values.assign(given, given + points_->coordinates());
-    turn(points_->frames(), false, values.data());
+    turn(points_->frames(), values.data());
     return values.data();
   };
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -45,7 +50,7 @@ std::span<const FilterColumn> FramedColumns::of_unknowns(std::span<const FilterC
 
 void FramedColumns::stretches_of_points(std::span<const FilterColumn> columns) const {
   for (const FilterColumn& column : columns) {
-    turn(points_->frames(), true, column.stretch);
+    turn_back(points_->frames(), column.stretch);
   }
 }
 
