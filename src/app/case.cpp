@@ -79,6 +79,20 @@ void check_gauges(const CaseInput& input) {
   }
 }
 
+/// What goes without filter.
+void check_unfiltered(const CaseInput& input) {
+  if (input.filter.modal && input.structure.imported) {
+    throw InputError{
+        "option -ts_type: modal is not allowed with imported matrices, whose forces it cannot tell from displacements, "
+        "expected a beam or a network; others need -filter_frequency [rad/s]"};
+  }
+  if (!input.filter.modal && !input.filter.parameters.filtered() && input.structure.network) {
+    throw InputError{
+        "option -filter_frequency: none is not allowed with a network, expected a number > 0 [rad/s], or -ts_type "
+        "modal"};
+  }
+}
+
 /// What needs masses that move along x and z, too.
 void check_space(const CaseInput& input) {
   if (input.structure.network) {
@@ -127,10 +141,8 @@ CaseInput read_case(MPI_Comm comm) {
     input.beam = read_beam(comm);
   }
   input.filter = read_filter(comm, input.beam.formulation);
-  if (input.filter.modal && !input.structure.beam() && !petsc::Session::help_requested()) {
-    throw InputError{
-        "option -ts_type: modal is not allowed with a network or imported matrices, expected a beam; others need "
-        "-filter_frequency [rad/s]"};
+  if (!petsc::Session::help_requested()) {
+    check_unfiltered(input);
   }
   input.start = read_start(comm);
   input.contact = read_contact(comm, input.structure.network);

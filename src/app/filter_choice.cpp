@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "udar/filter/rigid_shapes.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::app {
@@ -50,6 +51,9 @@ std::vector<Mode> modes_in_band(const LowestModes& lowest, const FilterInput& fi
 std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   constexpr PetscInt kEchoed = 3;
   const MPI_Comm comm = line.points().comm();
+  if (input.modal && !input.is_beam()) {  // there is no filter frequency near these modes
+    return exact_modes(line.structure(), input.filter, input.view ? 6 : kEchoed);
+  }
   const bool fine = input.view || !input.is_beam();
   const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
   if (!coarse) {

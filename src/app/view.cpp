@@ -76,9 +76,8 @@ void add_structure(Description& built, const FilteredStructure& line) {
   built.add("ranks", ranks);
 }
 
-/// How a network is dealt to the ranks and how well its junctions are conditioned. @note Collective.
-void add_condensation(Description& built, const Network& network, const NetworkSolver& solver,
-                      double filter_frequency) {
+/// How a network is dealt to the ranks. @note Collective.
+void add_dealing(Description& built, const Network& network, const NetworkSolver& solver) {
   std::array<double, 2> nodes{static_cast<double>(network.nodes()), static_cast<double>(network.nodes())};
   MPI_Allreduce(MPI_IN_PLACE, nodes.data(), 1, MPI_DOUBLE, MPI_MAX, network.comm());
   MPI_Allreduce(MPI_IN_PLACE, &nodes[1], 1, MPI_DOUBLE, MPI_SUM, network.comm());
@@ -92,6 +91,10 @@ void add_condensation(Description& built, const Network& network, const NetworkS
   built.add("nodes of a rank, most over mean", rounded(nodes[0] / nodes[1] * ranks));
   built.add("members between ranks, junctions between ranks",
             rounded({static_cast<double>(cut), static_cast<double>(solver.report().interface)}));
+}
+
+/// How far forces reach on filter springs, and how well the junctions of a network are conditioned there.
+void add_condensation(Description& built, const Network& network, double filter_frequency) {
   std::array<double, 2> decay{};  // longest: bending, axial
   double condition = 1.0;
   for (const MemberKind& kind : network.kinds()) {
@@ -147,7 +150,10 @@ void add_filter(Description& built, const FilteredStructure& line, bool modal) {
     built.add("residual of the first solves", rounded(line.worst_residual()));
   }
   if (line.network() != nullptr) {
-    add_condensation(built, *line.structure().network(), *line.network(), wf);
+    add_dealing(built, *line.structure().network(), *line.network());
+    if (line.parameters().filtered()) {
+      add_condensation(built, *line.structure().network(), wf);
+    }
   }
   const std::string reason = line.chain() != nullptr ? "" : line.filter_operator().block_form_reason();
   built.add("line solver (details: -filter_ksp_view)",
@@ -229,7 +235,7 @@ void print_view(const Case& input, FilteredStructure& line, const std::vector<Mo
   Description built;
   add_structure(built, line);
   add_filter(built, line, input.modal);
-  if (line.structure().chain() == nullptr) {
+  if (line.structure().chain() == nullptr && !input.modal) {
     add_cost(built, line);
   }
   add_supports(built, input, line, springs);

@@ -169,6 +169,13 @@ void FilteredStructure::correct_internal(std::span<const FilterColumn> columns) 
   }
 }
 
+void FilteredStructure::internal_of(std::span<const double> displacement, std::span<double> internal) {
+  const FilterColumn given{.displacement = displacement.data()};
+  const double* of_unknowns =
+      framed_.none() ? given.displacement : framed_.of_unknowns({&given, 1}).front().displacement;
+  operator_->internal_of({of_unknowns, displacement.size()}, internal);
+}
+
 void FilteredStructure::correct(std::vector<CorrectedMode> modes) {
   corrected_ = CorrectedModes{std::move(modes), parameters_.shift()};
 }

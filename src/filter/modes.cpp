@@ -46,6 +46,7 @@ struct EigenQuery {
   double tolerance = 1e-10;
   EPSConv measure = EPS_CONV_REL;                 // residual relative to the eigenvalue, or as it is
   PetscInt basis = PETSC_DEFAULT;                 // vectors of the Lanczos basis
+  int start = 0;                                  // which start vector
   std::span<const std::vector<double>> beside{};  // M-orthonormal shapes that are known
 };
 
@@ -76,16 +77,12 @@ std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wante
   const petsc::Matrix shell = petsc::symmetric_shell<&FilterShare::multiply>(points.comm(), local, total, context);
   petsc::Vector vector;
   UDAR_CALL(MatCreateVecs(shell, vector.put(), nullptr));
-  // A start that has something of every mode and does not depend on the ranks. Not where the line is fixed: the mass
-  // there has a motion of its own.
-  double* start = nullptr;
-  UDAR_CALL(VecGetArrayWrite(vector, &start));
-  for (PetscInt i = 0; i < local; ++i) {
-    const auto number = static_cast<double>(points.begin() + i);
-    const bool fixed = points.fixed(static_cast<std::size_t>(i));
-    start[i] = fixed ? 0.0 : 1.0 + std::sin(0.7 * number * number + number);
+  {
+    const petsc::WriteArray start{vector};
+    for (std::size_t i = 0; i < points.coordinates(); ++i) {
+      start.values()[i] = start_value(points, i, wanted.start);
+    }
   }
-  UDAR_CALL(VecRestoreArrayWrite(vector, &start));
   EigenSolver solver;
   UDAR_CALL(EPSCreate(points.comm(), solver.put()));
   UDAR_CALL(EPSSetOptionsPrefix(solver, "filter_"));
@@ -120,15 +117,11 @@ std::vector<double> eigenvalues(FilteredStructure& line, const EigenQuery& wante
   return values;
 }
 
+/// As a share of what there can be: of a motion without strain, or of the mass where the line is fixed, from one.
+constexpr double kNoStrain = 1e-12;
+
 std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with_shapes) {
-  // A mode this slow compared with wf is a rigid motion seen through round-off, which assembled matrices have more of;
-  // a value as close to one is the mass where the line is fixed.
-  constexpr double kRigid = 1e-12;
-  constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
-  double rigid = kRigid;
-  if (line.structure().chain() == nullptr) {
-    rigid = std::max(rigid, kRounding * line.structure().largest_ratio() / std::pow(line.filter_frequency(), 2.0));
-  }
+  const double rigid = zero_share(line);
   const PetscInt count = wanted.count;
   wanted.count += line.structure().rigid_modes();
   std::vector<std::vector<double>> shapes;
@@ -137,7 +130,7 @@ std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with
   std::vector<Mode> modes;
   for (std::size_t i = 0; i < values.size() && static_cast<PetscInt>(modes.size()) < count; ++i) {
     const double share = values[i];  // w^2 / (wf^2 + w^2)
-    if (share > rigid && share < 1.0 - kRigid) {
+    if (share > rigid && share < 1.0 - kNoStrain) {
       Mode mode{.frequency = wf * std::sqrt(share / (1.0 - share)), .filtered = wf * std::sqrt(share), .shape = {}};
       if (with_shapes) {
         mode.shape = std::move(shapes[i]);
@@ -148,19 +141,52 @@ std::vector<Mode> modes_of(FilteredStructure& line, EigenQuery wanted, bool with
   return modes;
 }
 
-/// Near the first frequency of a beam; of matrices, which do not tell, a thousandth of what no frequency is far above:
+/// Of waves so many halves of which are the length of the beam, in its softest part [rad/s].
+double frequency_of(const BeamChain& beam, double half_waves) {
+  double softest = std::numeric_limits<double>::infinity();
+  for (const BeamSegment& segment : beam.parameters().segments) {
+    if (!segment.is_gap()) {
+      softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
+    }
+  }
+  return softest * std::pow(std::numbers::pi * half_waves / beam.length(), 2.0);
+}
+
+/// Near the first frequency of a beam; of others, which do not tell, a thousandth of what no frequency is far above:
 /// the modes themselves correct it.
 double first_guess(const Structure& structure) {
-  if (const BeamChain* beam = structure.chain(); beam != nullptr) {
-    double softest = std::numeric_limits<double>::infinity();
-    for (const BeamSegment& segment : beam->parameters().segments) {
-      if (!segment.is_gap()) {
-        softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
+  constexpr double kFirst = 1.5;  // half waves
+  return structure.chain() != nullptr ? frequency_of(*structure.chain(), kFirst)
+                                      : 1e-3 * std::sqrt(structure.largest_ratio());
+}
+
+/// Goes from the filter frequency of `parameters` to the one that `best` makes of the modes seen there, until these are
+/// near each other. @return line solves
+template <class Best>
+PetscInt settle_filter(const Structure& structure, FilterParameters& parameters, const EigenQuery& rough,
+                       const Best& best) {
+  constexpr int kMostTrials = 8;
+  constexpr double kNear = 2.0;
+  constexpr double kFarBelow = 1e-3;
+  PetscInt solves = 0;
+  for (int trial = 0; trial < kMostTrials; ++trial) {
+    FilteredStructure line{structure, parameters};
+    const std::vector<Mode> modes = modes_of(line, rough, false);
+    solves += line.solves();
+    if (modes.empty()) {
+      if (structure.chain() != nullptr) {
+        break;
       }
+      parameters.filter_frequency *= kFarBelow;  // all below what it resolves
+      continue;
     }
-    return softest * std::pow(std::numbers::pi * 1.5 / beam->length(), 2.0);
+    const double wanted = best(modes);
+    const double ratio = wanted / std::exchange(parameters.filter_frequency, wanted);
+    if (ratio < kNear && ratio > 1.0 / kNear) {
+      break;
+    }
   }
-  return 1e-3 * std::sqrt(structure.largest_ratio());
+  return solves;
 }
 
 }  // namespace
@@ -183,25 +209,9 @@ std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters
   FilterParameters parameters = filter;
   // Shares w^2 / (wf^2 + w^2) of the first and the last mode as far from 0 as from 1: wf is their geometric mean.
   parameters.filter_frequency = first_guess(structure);
-  constexpr int kMostTrials = 8;
-  constexpr double kNear = 2.0;
-  constexpr double kFarBelow = 1e-3;
-  for (int trial = 0; trial < kMostTrials; ++trial) {
-    FilteredStructure line{structure, parameters};
-    const std::vector<Mode> rough = modes_of(line, {.count = count, .tolerance = 1e-9, .measure = EPS_CONV_ABS}, false);
-    if (rough.empty()) {
-      if (structure.chain() != nullptr) {
-        break;
-      }
-      parameters.filter_frequency *= kFarBelow;  // all below what it resolves
-      continue;
-    }
-    const double best = std::sqrt(rough.front().frequency * rough.back().frequency);
-    const double ratio = best / std::exchange(parameters.filter_frequency, best);
-    if (ratio < kNear && ratio > 1.0 / kNear) {
-      break;
-    }
-  }
+  settle_filter(
+      structure, parameters, {.count = count, .tolerance = 1e-9, .measure = EPS_CONV_ABS},
+      [](const std::vector<Mode>& modes) { return std::sqrt(modes.front().frequency * modes.back().frequency); });
   FilteredStructure line{structure, parameters};
   // 1e-13: the line solve is right to 1e-14, and shapes are right to the residual over the distance of the shares,
   // some 1e-2; frequencies to the square of that.
@@ -212,9 +222,39 @@ std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters
   return modes;
 }
 
-std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known, PetscInt count) {
+double start_value(const MassPoints& points, std::size_t point, int which) {
+  const auto number = static_cast<double>(points.number(point));
+  // Not where the line is fixed: the mass there has a motion of its own.
+  return points.fixed(point) ? 0.0 : 1.0 + std::sin((0.7 + 0.1 * which) * number * number + number);
+}
+
+double zero_share(const FilteredStructure& line) {
+  constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
+  return line.structure().chain() != nullptr ? kNoStrain
+                                             : std::max(kNoStrain, kRounding * line.structure().largest_ratio() /
+                                                                       std::pow(line.filter_frequency(), 2.0));
+}
+
+Separation separate_modes(const Structure& structure, const FilterParameters& filter, PetscInt count, double guess) {
+  constexpr double kShare = 0.3;
+  Separation found{.filter = filter};
+  if (const BeamChain* beam = structure.chain(); beam != nullptr) {
+    found.filter.filter_frequency =
+        kShare * frequency_of(*beam, std::max(static_cast<double>(count) - 1.5, 1.5));  // two of them are rigid
+    return found;
+  }
+  found.filter.filter_frequency = guess > 0.0 ? guess : first_guess(structure);
+  const PetscInt flexible = std::max<PetscInt>(count - structure.rigid_modes(), 1);
+  found.solves = settle_filter(structure, found.filter, {.count = flexible, .tolerance = 1e-7, .measure = EPS_CONV_ABS},
+                               [](const std::vector<Mode>& modes) { return kShare * modes.back().frequency; });
+  return found;
+}
+
+std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known,
+                               const ModeSearch& search) {
   const PetscInt total = line.points().total() - static_cast<PetscInt>(known.size());
-  EigenQuery wanted{.count = count, .tolerance = 1e-10, .measure = EPS_CONV_ABS};
+  const PetscInt count = search.count;
+  EigenQuery wanted{.count = count, .tolerance = search.tolerance, .measure = EPS_CONV_ABS, .start = search.start};
   // One sweep of this basis holds so many modes of a beam; else the solver restarts (measured, docs/theory.md).
   constexpr PetscInt kSpare = 12;
   wanted.basis = std::min(std::max(2 * count, count + kSpare), total);
@@ -227,73 +267,14 @@ std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vec
   }
   std::vector<Mode> modes;
   const double wf = line.filter_frequency();
+  const double none = zero_share(line);
   for (std::size_t i = 0; static_cast<PetscInt>(i) < count; ++i) {
-    modes.push_back({.frequency = wf * std::sqrt(values[i] / (1.0 - values[i])),
-                     .filtered = wf * std::sqrt(values[i]),
+    const double share = values[i] > none ? values[i] : 0.0;
+    modes.push_back({.frequency = wf * std::sqrt(share / (1.0 - share)),
+                     .filtered = wf * std::sqrt(share),
                      .shape = std::move(shapes[i])});
   }
   return modes;
-}
-
-/// Among moving along y and turning, what strains nothing: the null space of a matrix of two.
-std::vector<std::vector<double>> rigid_shapes(FilteredStructure& line) {
-  const MassPoints& points = line.points();
-  const auto mass = line.mass();
-  const std::size_t count = mass.size();
-  std::array<std::vector<double>, 2> tried;
-  std::array<std::vector<double>, 2> stretch;
-  const Extent extent = points.extent();
-  for (std::size_t t = 0; t < tried.size(); ++t) {
-    tried[t].resize(count);
-    stretch[t].resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double x = 2.0 * (points.place(i).x - extent.middle()) / extent.length();
-      tried[t][i] = points.fixed(i) ? 0.0 : t == 0 ? 1.0 : x;
-    }
-    line.solve(tried[t], {}, stretch[t], {});
-  }
-  // s' M s and u' M u of the two.
-  std::array<double, 6> sums{};
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::array<double, 2> u{tried[0][i], tried[1][i]};
-    const std::array<double, 2> s{stretch[0][i], stretch[1][i]};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t a = k / 2;
-      const std::size_t b = (k + 1) / 2;
-      sums[k] += mass[i] * u[a] * u[b];
-      sums[3 + k] += mass[i] * s[a] * s[b];
-    }
-  }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points.comm());
-  // M-orthonormal combinations of the two, then those of them that strain least.
-  const double first = 1.0 / std::sqrt(sums[0]);
-  const double mixed = sums[1] / sums[0];
-  const double second = 1.0 / std::sqrt(sums[2] - mixed * sums[1]);
-  const std::array<std::array<double, 2>, 2> ortho{{{first, 0.0}, {-mixed * second, second}}};
-  std::array<double, 3> strain{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto& a = ortho[k / 2];
-    const auto& b = ortho[(k + 1) / 2];
-    strain[k] = a[0] * b[0] * sums[3] + (a[0] * b[1] + a[1] * b[0]) * sums[4] + a[1] * b[1] * sums[5];
-  }
-  std::vector<std::vector<double>> shapes;
-  // The square of what a line solve rounds by; the share of a true mode, over that of the last, is far above.
-  constexpr double kRigid = 1e-20;
-  // Where both are free they stay as they are, on any number of ranks.
-  const double angle = strain[0] + strain[2] > kRigid ? 0.5 * std::atan2(2.0 * strain[1], strain[0] - strain[2]) : 0.0;
-  for (const double turned : {angle, angle + 0.5 * std::numbers::pi}) {
-    const double c = turned == 0.0 ? 1.0 : std::cos(turned);
-    const double s = std::sin(turned);
-    const double share = c * c * strain[0] + 2.0 * c * s * strain[1] + s * s * strain[2];
-    if (share > kRigid) {
-      continue;
-    }
-    std::vector<double>& shape = shapes.emplace_back(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      shape[i] = (c * ortho[0][0] + s * ortho[1][0]) * tried[0][i] + s * ortho[1][1] * tried[1][i];
-    }
-  }
-  return shapes;
 }
 
 std::optional<double> largest_frequency(FilteredStructure& line) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "structure/member_frame.hpp"
+#include "udar/filter/network_solver.hpp"
 #include "udar/filter/pc_network.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
@@ -64,6 +65,8 @@ NetworkOperator::NetworkOperator(const Network& network, double filter_frequency
                                                            6 * static_cast<PetscInt>(network.total_nodes()), *this);
   compose_network(op_, *this);
 }
+
+NetworkOperator::~NetworkOperator() = default;
 
 Mat NetworkOperator::matrix() {
   if (matrix_ == nullptr) {
@@ -260,6 +263,19 @@ void NetworkOperator::unknowns_of(const FilterColumn& column, std::span<double> 
     unknowns[i] = fixed(i) ? 0.0 : column.stretch[i] / scale()[i];
     unknowns[points + i] = column.internal[i] / scale()[points + i];
   }
+}
+
+void NetworkOperator::internal_of(std::span<const double> displacement, std::span<double> internal) {
+  // The line then stands off its masses by 1e-12 of their displacements against each other at the most.
+  constexpr double kFarAbove = 1e6;
+  if (held_network_ == nullptr) {
+    held_network_ = std::make_unique<NetworkSolver>(*network_, kFarAbove * std::sqrt(network_->largest_ratio()));
+  }
+  std::vector<double> stretch(displacement.size());
+  const FilterColumn column{
+      .displacement = displacement.data(), .stretch = stretch.data(), .internal = internal.data()};
+  held_network_->solve({&column, 1});
+  std::ranges::copy(displacement, internal.begin() + static_cast<std::ptrdiff_t>(displacement.size()));
 }
 
 /// Displacements and rotations of the junctions that members of this rank end at; what is held stays.

@@ -14,11 +14,13 @@ const char* FilterOperator::solver_type() const { return kPcChain; }
 std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const FilterParameters& parameters) {
   const BeamChain* chain = structure.chain();
   if (chain == nullptr) {
-    if (!parameters.filtered()) {
-      throw InputError{"filter frequency: none is for beams alone; other structures need a number > 0 [rad/s]"};
-    }
     if (const Network* network = structure.network(); network != nullptr) {
       return std::make_unique<NetworkOperator>(*network, parameters.shift());
+    }
+    if (!parameters.filtered()) {
+      throw InputError{
+          "filter frequency: none is for beams and networks; imported matrices, whose unknowns without mass nothing "
+          "finds for given points, need a number > 0 [rad/s]"};
     }
     return std::make_unique<AssembledOperator>(structure.stiffness(), structure.points(), parameters.shift());
   }

@@ -62,7 +62,7 @@ double ScaledOperator::largest_unknown(const double* displacement) const {
 }
 
 void ScaledOperator::internal_of(std::span<const double> /*displacement*/, std::span<double> /*internal*/) {
-  throw InputError{"filter frequency: none is for beams: no other structure is integrated without a filter"};
+  throw InputError{"filter frequency: none is not for assembled matrices: they are not integrated without a filter"};
 }
 
 std::unique_ptr<ColumnSolver> ScaledOperator::with_springs(std::span<const ContactSpring> /*springs*/) const {

@@ -50,8 +50,9 @@ class Modal final : public ProblemIntegrator {
     }
     std::array<char, 32> word{"auto"};
     UDAR_CALL(PetscOptionsString("-modal_modes",
-                                 "so many of the lowest modes move exactly, rigid motions included, all others follow "
-                                 "at rest; auto: as many as the supports ask for",
+                                 "so many of the lowest modes move exactly, rigid motions included, more where several "
+                                 "share the last frequency; all others follow at rest; auto: as many as the supports "
+                                 "ask for",
                                  "TSMODAL", word.data(), word.data(), word.size(), nullptr));
     if (std::string_view{word.data()} == "auto") {
       choice_.modes = 0;
@@ -79,14 +80,9 @@ class Modal final : public ProblemIntegrator {
     std::vector<double> position(count_);
     std::vector<double> velocity(count_);
     model_->expand(motion_->now(), position, velocity);
-    const petsc::WriteArray state{state_};
-    double moved = 0.0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      moved = std::max(moved, std::abs(position[i] - state.values()[i]));
-    }
-    MPI_Allreduce(MPI_IN_PLACE, &moved, 1, MPI_DOUBLE, MPI_MAX, equations_->points().comm());
     constexpr double kRounding = 1e-12;  // of the motion: what tens of modes add up to
-    if (moved > kRounding * scale_.length) {
+    if (distance_of_masses(position) > kRounding * scale_.length) {
+      const petsc::WriteArray state{state_};
       std::ranges::copy(position, state.values());
       std::ranges::copy(velocity, state.values() + count_);
     }
@@ -191,14 +187,19 @@ class Modal final : public ProblemIntegrator {
     });
     drive_from(begin_);
     motion_->resume(memory, model_->drive(), begin_);
+    std::vector<double> position(count_);
+    std::vector<double> velocity(count_);
+    model_->expand(motion_->now(), position, velocity);
+    constexpr double kSame = 1e-6;  // of the motion: what modes found on other ranks differ by is far below
+    if (!(distance_of_masses(position) <= kSame * scale_.length)) {
+      throw InputError{
+          "restart file: its modes are not those of this run, which puts masses elsewhere; run on as many ranks as the "
+          "run that wrote it"};
+    }
   }
 
  private:
   void prepare() override {
-    const BeamChain* const chain = equations_->line().structure().chain();
-    if (chain == nullptr) {
-      throw InputError{"ts type: modal is not allowed with this structure, expected a beam"};
-    }
     bool rigid = false;
     for (const Support& support : contact_->supports()) {
       rigid = rigid || !support.elastic();
@@ -218,7 +219,7 @@ class Modal final : public ProblemIntegrator {
     choice_.retardation = retardation_.value_or(rigid ? kRadiating : 0.0);
     choice_.damping_ratio = equations_->damping_ratio();
     const auto axis = equations_->axis();
-    model_.emplace(*chain, equations_->line().parameters(), equations_->loads(),
+    model_.emplace(equations_->line().structure(), equations_->line().parameters(), equations_->loads(),
                    std::vector<double>{axis.begin(), axis.end()}, points_, choice_);
     const ReducedModel& reduced = model_->reduced();
     drive_from(0.0);
@@ -231,6 +232,17 @@ class Modal final : public ProblemIntegrator {
   }
 
   void take_back() override { motion_->take_back(); }
+
+  /// The furthest that masses are from given places [m]. @note Collective.
+  [[nodiscard]] double distance_of_masses(std::span<const double> position) const {
+    const petsc::ReadArray state{state_};
+    double furthest = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      furthest = std::max(furthest, std::abs(position[i] - state.values()[i]));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, &furthest, 1, MPI_DOUBLE, MPI_MAX, equations_->points().comm());
+    return furthest;
+  }
 
   /// Loads and supports as they go on from the last kink before a time.
   void drive_from(double time) {

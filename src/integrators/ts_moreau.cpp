@@ -84,6 +84,11 @@ class Moreau final : public ProblemIntegrator {
 
  private:
   void prepare() override {
+    if (equations_->line().structure().chain() == nullptr) {
+      throw InputError{
+          "filter frequency: none is not allowed with a network and `ts type` moreau, which is for beams, expected a "
+          "number > 0 [rad/s], or `ts type` modal"};
+    }
     step_ = 2.0 / wf_;
     guess_.resize(count_);
     displacement_.resize(count_);

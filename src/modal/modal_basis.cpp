@@ -3,31 +3,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <numeric>
 #include <string>
 #include <utility>
 
-#include "udar/filter/modes.hpp"
+#include "udar/filter/rigid_shapes.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
 namespace {
 
-/// Filter springs on which the modes wanted and the rest are easily told apart: 0.3 of the last mode's frequency
-/// (measured: so a Lanczos basis of 2 k holds k modes, and columns of the rest gain more than a digit a solve).
-FilterParameters separating(const BeamChain& chain, FilterParameters parameters, PetscInt count) {
-  double softest = std::numeric_limits<double>::infinity();
-  for (const BeamSegment& segment : chain.parameters().segments) {
-    if (!segment.is_gap()) {
-      softest = std::min(softest, std::sqrt(segment.bending_stiffness / segment.mass_per_length));
-    }
-  }
-  const double half_waves = std::max(static_cast<double>(count) - 1.5, 1.5);
-  constexpr double kShare = 0.3;
-  parameters.filter_frequency = kShare * softest * std::pow(std::numbers::pi * half_waves / chain.length(), 2.0);
-  return parameters;
+/// Two frequencies this close are one, with any shapes in between.
+constexpr double kSameFrequency = 1e-6;
+
+/// Whether all of its flexible modes have a frequency of their own, by what is known of a line.
+bool is_single_beam(const Structure& structure) {
+  const BeamChain* beam = structure.chain();
+  return beam != nullptr && std::ranges::none_of(beam->parameters().segments, &BeamSegment::is_gap);
 }
 
 double add_up(MPI_Comm comm, double value) {
@@ -37,31 +29,118 @@ double add_up(MPI_Comm comm, double value) {
 
 }  // namespace
 
-ModalBasis::ModalBasis(const BeamChain& chain, FilterParameters parameters, PetscInt count)
-    : line_{chain, separating(chain, parameters, count)} {
-  find_rigid();
+PetscInt movable_points(const MassPoints& points) {
+  PetscInt count = 0;
+  for (std::size_t i = 0; i < points.points(); ++i) {
+    count += points.fixed(i) ? 0 : 1;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &count, 1, MPIU_INT, MPI_SUM, points.comm());
+  return count;
+}
+
+ModalBasis::ModalBasis(const Structure& structure, const FilterParameters& parameters, PetscInt count, double guess)
+    : separation_{separate_modes(structure, parameters, count, guess)}, line_{structure, separation_.filter} {
+  shapes_ = rigid_shapes(line_);
+  frequency_.assign(shapes_.size(), 0.0);
   const auto rigid = static_cast<PetscInt>(modes());
-  if (count < rigid || count >= chain.points().total()) {
+  const PetscInt all = movable_points(structure.points());
+  if (count < rigid || count >= all) {
     throw InputError{"modal modes: " + std::to_string(count) + " is not allowed, expected " + std::to_string(rigid) +
-                     " to " + std::to_string(chain.points().total() - 1) +
+                     " to " + std::to_string(all - 1) +
                      ": all motions that nothing holds, and fewer than there are points"};
   }
   find_flexible(count - rigid);
 }
 
-void ModalBasis::find_rigid() {
-  shapes_ = rigid_shapes(line_);
-  frequency_.assign(shapes_.size(), 0.0);
-}
-
 void ModalBasis::find_flexible(PetscInt count) {
-  if (count == 0) {
-    return;
+  const bool single = is_single_beam(line_.structure());
+  std::vector<Mode> found;
+  if (count > 0) {
+    // What shapes are off by is the residual over the distance to the next mode, which of a single beam is far.
+    found = modes_beside(line_, shapes_,
+                         single ? ModeSearch{.count = count} : ModeSearch{.count = count, .tolerance = 1e-13});
   }
-  std::vector<Mode> found = modes_beside(line_, shapes_, count);
+  if (!single) {
+    add_companions(found);
+    const auto alike = [](const Mode& a, const Mode& b) { return b.frequency <= (1.0 + kSameFrequency) * a.frequency; };
+    auto wanted = static_cast<std::size_t>(count);
+    for (std::size_t first = 0, last = 1; first < found.size(); first = last++) {
+      while (last < found.size() && alike(found[last - 1], found[last])) {
+        ++last;
+      }
+      wanted = first < wanted ? std::max(wanted, last) : wanted;
+      settle({found.begin() + static_cast<std::ptrdiff_t>(first), last - first});
+    }
+    found.resize(std::min(wanted, found.size()));
+  }
   for (Mode& mode : found) {
     frequency_.push_back(mode.frequency);
     shapes_.push_back(std::move(mode.shape));
+  }
+}
+
+/// Modes up to the last one found that the search has passed by, as one start vector gives one mode of each frequency.
+void ModalBasis::add_companions(std::vector<Mode>& found) {
+  constexpr PetscInt kFew = 3;
+  constexpr double kRough = 1e-6;
+  constexpr double kFine = 1e-13;
+  const double last = (found.empty() ? 0.0 : found.back().frequency) * (1.0 + kSameFrequency);
+  std::vector<std::vector<double>> known = shapes_;
+  for (const Mode& mode : found) {
+    known.push_back(mode.shape);
+  }
+  const PetscInt all = movable_points(line_.points());
+  for (int start = 1; static_cast<PetscInt>(known.size()) < all; ++start) {
+    const PetscInt few = std::min(kFew, all - static_cast<PetscInt>(known.size()));
+    const std::vector<Mode> seen = modes_beside(line_, known, {.count = few, .tolerance = kRough, .start = start});
+    const auto passed_by =
+        static_cast<PetscInt>(std::ranges::count_if(seen, [&](const Mode& mode) { return mode.frequency <= last; }));
+    if (passed_by == 0) {
+      break;
+    }
+    for (Mode& mode : modes_beside(line_, known, {.count = passed_by, .tolerance = kFine, .start = start})) {
+      known.push_back(mode.shape);
+      found.push_back(std::move(mode));
+    }
+  }
+  std::ranges::stable_sort(found, {}, &Mode::frequency);
+}
+
+/// Gives modes of one frequency shapes that depend on nothing but the structure: what vectors the same on any ranks
+/// have of them, one after the other beside those before. Of a single mode that is its sign.
+void ModalBasis::settle(std::span<Mode> alike) const {
+  constexpr int kVectors = 11;  // none that a search starts from
+  const MassPoints& points = line_.points();
+  const std::size_t size = alike.size();
+  std::vector<double> shares(size * size, 0.0);  // of each vector: of each mode in it
+  for (std::size_t v = 0; v < size; ++v) {
+    for (std::size_t m = 0; m < size; ++m) {
+      for (std::size_t i = 0; i < points.points(); ++i) {
+        shares[v * size + m] +=
+            line_.mass()[i] * start_value(points, i, kVectors + static_cast<int>(v)) * alike[m].shape[i];
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, shares.data(), static_cast<int>(shares.size()), MPI_DOUBLE, MPI_SUM, points.comm());
+  const auto row = [&](std::size_t v) { return std::span{shares}.subspan(v * size, size); };
+  std::vector<std::vector<double>> shapes(size, std::vector<double>(points.points(), 0.0));
+  for (std::size_t v = 0; v < size; ++v) {
+    for (std::size_t before = 0; before < v; ++before) {
+      const double same = std::inner_product(row(v).begin(), row(v).end(), row(before).begin(), 0.0);
+      for (std::size_t m = 0; m < size; ++m) {
+        row(v)[m] -= same * row(before)[m];
+      }
+    }
+    const double length = std::sqrt(std::inner_product(row(v).begin(), row(v).end(), row(v).begin(), 0.0));
+    for (std::size_t m = 0; m < size; ++m) {
+      row(v)[m] /= length;
+      for (std::size_t i = 0; i < points.points(); ++i) {
+        shapes[v][i] += row(v)[m] * alike[m].shape[i];
+      }
+    }
+  }
+  for (std::size_t v = 0; v < size; ++v) {
+    alike[v].shape = std::move(shapes[v]);
   }
 }
 

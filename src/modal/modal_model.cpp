@@ -57,17 +57,17 @@ std::array<double, 4> powers_of(const SupportMotion& motion, double time) {
 }
 
 /// The rest must be able to give way under every rigid contact point by itself.
-PetscInt most_modes(const BeamChain& chain, std::span<const LinePoint> points) {
+PetscInt most_modes(const Structure& structure, std::span<const LinePoint> points) {
   const auto rigid = std::ranges::count(points, 0.0, &LinePoint::compliance);
-  return chain.points().total() - std::max<PetscInt>(1, static_cast<PetscInt>(rigid));
+  return movable_points(structure.points()) - std::max<PetscInt>(1, static_cast<PetscInt>(rigid));
 }
 
 }  // namespace
 
-ModalModel::ModalModel(const BeamChain& chain, const FilterParameters& parameters, const Loads& loads,
+ModalModel::ModalModel(const Structure& structure, const FilterParameters& parameters, const Loads& loads,
                        std::vector<double> axis, std::span<const LinePoint> points, const ModalChoice& choice)
-    : masses_{&chain.points()}, loads_{&loads}, points_{points.begin(), points.end()}, axis_{std::move(axis)} {
-  choose(chain, parameters, choice.modes);
+    : masses_{&structure.points()}, loads_{&loads}, points_{points.begin(), points.end()}, axis_{std::move(axis)} {
+  choose(structure, parameters, choice.modes);
   set_lags(choice);
   bound_ = reduced_.frequency_bound();
   // Above this, points too close for the modes shake against each other in ways that no beam does.
@@ -170,33 +170,37 @@ void ModalModel::drive_from(double time) {
   }
 }
 
-void ModalModel::choose(const BeamChain& chain, const FilterParameters& parameters, PetscInt asked) {
+void ModalModel::choose(const Structure& structure, const FilterParameters& parameters, PetscInt asked) {
   if (asked > 0) {
-    return build(chain, parameters, asked);
+    return build(structure, parameters, asked);
   }
   constexpr PetscInt kFewest = 12;
   constexpr PetscInt kMost = 100;
   // The upper half of the modes of a lumped beam is no beam's, and what is left beside it gives way by next to nothing.
   const PetscInt most =
-      std::min({kMost, most_modes(chain, points_), std::max<PetscInt>(chain.points().total() / 2, 2)});
+      std::min({kMost, most_modes(structure, points_), std::max<PetscInt>(structure.points().total() / 2, 2)});
   for (PetscInt modes = std::min(kFewest, most);;) {
-    build(chain, parameters, modes);
+    build(structure, parameters, modes);
     const PetscInt wanted = std::min(most, wanted_modes(reduced_));
-    if (wanted <= modes) {
+    if (wanted <= static_cast<PetscInt>(reduced_.modes())) {
       return;
     }
     modes = wanted;
   }
 }
 
-void ModalModel::build(const BeamChain& chain, const FilterParameters& parameters, PetscInt modes) {
+void ModalModel::build(const Structure& structure, const FilterParameters& parameters, PetscInt modes) {
   solves_ += basis_ != nullptr ? basis_->solves() : 0;
-  const PetscInt most = most_modes(chain, points_);
+  const PetscInt most = most_modes(structure, points_);
   if (modes > most) {
     throw InputError{"modal modes: " + std::to_string(modes) + " is not allowed, expected at most " +
                      std::to_string(most) + ": something must be left to give way under the contact points"};
   }
-  basis_ = std::make_unique<ModalBasis>(chain, parameters, modes);
+  // Frequencies grow at least as the number of modes does.
+  const double guess = basis_ != nullptr
+                           ? basis_->separation() * static_cast<double>(modes) / static_cast<double>(basis_->modes())
+                           : 0.0;
+  basis_ = std::make_unique<ModalBasis>(structure, parameters, modes, guess);
   reduced_ = basis_->reduce(points_, columns_);
 }
 

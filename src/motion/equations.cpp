@@ -62,7 +62,7 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   if (!filtered()) {
     std::ranges::fill(state.stretch, 0.0);
     if (with_moment) {
-      line_->filter_operator().internal_of(displacement_, state.moment);
+      line_->internal_of(displacement_, state.moment);
     }
     return;
   }

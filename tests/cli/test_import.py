@@ -214,6 +214,7 @@ class BadMatrices(UdarTest):
         self.refused("-structure_points", "row 2", structure_points=self.scratch / "points.csv")
         self.refused("-structure_mass", "missing.mtx", structure_mass=self.scratch / "missing.mtx")
         self.refused("-filter_frequency", "none", filter_frequency="none", ts_dt=0.1)
+        self.refused("-ts_type", "modal", "imported", ts_type="modal", filter_frequency=None)
         self.refused("-beam_length", "import", beam_length=3)
         self.refused("-gauge_position", gauge_position=7)
 

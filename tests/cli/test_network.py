@@ -334,7 +334,6 @@ class Refusals(NetworkTest):
             (["-network_partition", "scotch", "contiguous"],
              {"network_grillage": "3,3", "network_partition": "scotch"}),
             (["-filter_frequency", "none"], {"network_grillage": "3,3", "filter_frequency": "none", "ts_dt": 0.1}),
-            (["-ts_type", "modal"], {"network_grillage": "3,3", "ts_type": "modal", "filter_frequency": None}),
         ):
             with self.subTest(options=options):
                 self.refused(*words, ranks=(0,), **options)

@@ -19,6 +19,7 @@
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
 #include "udar/filter/modes.hpp"
+#include "udar/filter/rigid_shapes.hpp"
 
 namespace udar {
 namespace {

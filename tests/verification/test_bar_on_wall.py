@@ -48,6 +48,43 @@ class BarOnWall(UdarTest):
         # As the width of a front that has run 2 L: to the power 2/3 of 1 / wf.
         self.assertAlmostEqual(np.log(slow[0] / slow[2]) / np.log(8), 2 / 3, delta=0.03)
 
+    # Thick: few bending modes, which nothing sets off, lie below the axial ones. The wall is under the foot alone.
+    MODAL = {"options_file": EXAMPLE / "case.yaml", "ts_type": "modal", "modal_estimate": "no", "floor": "false",
+             "network_section_radius": 0.5, "support_position": 0, "support_width": "inf", "support_y_position": 0,
+             "support_y_width": 1e-3, "support_height": 0}
+
+    def by_modes(self, name, **changes):
+        """Contact over 2 L / c, mean force over rho c A v, and speed of the way back."""
+        flight = self.run_case({**self.MODAL, **changes}, RANKS, name=name)
+        summary = flight.summary()
+        contact = summary["last_contact_time"] - summary["first_contact_time"]
+        impulse = summary["support_impulse"][0]
+        force = TABLE.DENSITY * TABLE.WAVE * np.pi * 0.5**2 * TABLE.SPEED
+        mass = TABLE.DENSITY * TABLE.LENGTH * np.pi * 0.5**2
+        return contact / TABLE.CONTACT, impulse / contact / force, impulse / mass - TABLE.SPEED
+
+    def test_by_modes_on_a_rigid_wall(self):
+        for modes in (56, 88):  # 20 and 40 of them along the bar
+            contact, force, rebound = self.by_modes(f"rigid{modes}", modal_modes=modes, network_elements=200)
+            self.assertAlmostEqual(contact, 1.0, delta=0.006, msg=modes)  # found: -0.0001, 0.0043
+            self.assertAlmostEqual(force, 1.0, delta=0.01, msg=modes)  # found: -0.0053, -0.0081
+            self.assertAlmostEqual(rebound, 1.0, delta=0.013, msg=modes)  # found: -0.0109, -0.0077
+
+    def test_by_modes_on_a_spring(self):
+        # With a foot on a spring K, tau = rho c A / K, the force is F = rho c A v (1 - exp(-t / tau)) up to 2 L / c and
+        # zero after y tau more, 2 (1 + y) = exp(y); its integral falls short of that on a rigid wall by .0517 tau.
+        share = 0.05  # of 2 L / c
+        spring = TABLE.DENSITY * TABLE.WAVE * np.pi * 0.5**2 / (share * TABLE.CONTACT)
+        y = 1.6783469900166608
+        short = 1 - (4 - y - (2 + y) / (1 + y))
+        errors = []
+        for modes in (30, 56, 88):
+            contact, _, rebound = self.by_modes(f"spring{modes}", modal_modes=modes, network_elements=800,
+                                                support_stiffness=f"{spring:.17g}")
+            errors.append([abs(contact - 1 - y * share), abs(rebound - 1 + 2 * short * share)])
+        for error, bound in zip(errors, (3e-3, 3e-4, 2e-5)):
+            self.assertLess(max(error), bound, errors)
+
     def test_nothing_moves_sideways_and_energy_stays(self):
         run = self.flight(2e4, 60)
         self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-7, run)

@@ -41,16 +41,38 @@ struct Mode {
 /// @throws SolveError if SLEPc does not converge
 [[nodiscard]] std::vector<Mode> exact_modes(const Structure& structure, const FilterParameters& filter, PetscInt count);
 
-/// @brief The lowest modes beside some that are known, with shapes. @param known M-orthonormal shapes, local points
+/// @brief How modes are looked for beside others.
+struct ModeSearch {
+  PetscInt count = 1;
+  double tolerance = 1e-10;  ///< of the residual, as a share of w^2 / (wf^2 + w^2)
+  int start = 0;             ///< which `start_value`: one start alone finds one mode of those that share a frequency
+};
+
+/// @brief The lowest modes beside some that are known, with shapes; the frequency of what strains nothing is 0.
+/// @param known M-orthonormal shapes, local points
 /// @param line whose filter frequency separates the modes wanted from the others: a third of the last one's
 /// @note Collective; about twice as many line solves as there are modes. @throws SolveError if SLEPc does not converge
 [[nodiscard]] std::vector<Mode> modes_beside(FilteredStructure& line, std::span<const std::vector<double>> known,
-                                             PetscInt count);
+                                             const ModeSearch& search);
 
-/// @brief The motions that strain nothing, of moving all along y and turning: phi' M phi = 1 over all ranks, one or the
-/// other or both, or none where ends are held. @return shapes at the local points [kg^(-1/2)]
-/// @note Collective; two line solves.
-[[nodiscard]] std::vector<std::vector<double>> rigid_shapes(FilteredStructure& line);
+/// @brief Something of every mode, at a local point; the same whichever rank has it. @param which of many independent
+[[nodiscard]] double start_value(const MassPoints& points, std::size_t point, int which);
+
+/// @brief A line on filter springs that tell the lowest modes from the rest best, and what finding them took.
+struct Separation {
+  FilterParameters filter;
+  PetscInt solves = 0;  ///< line solves
+};
+/// @brief Filter springs at 0.3 of the frequency of mode number `count`: of a beam by what it nearly is, else by trial
+/// (measured on beams: so a Lanczos basis of 2 k holds k modes, and columns of the rest gain more than a digit a
+/// solve).
+/// @param guess filter frequency to try first [rad/s]; 0: none @note Collective; line solves of two or three searches.
+[[nodiscard]] Separation separate_modes(const Structure& structure, const FilterParameters& filter, PetscInt count,
+                                        double guess = 0.0);
+
+/// @brief w^2 / (wf^2 + w^2) of a mode that is a motion without strain, seen through round-off: at most this.
+/// @note Collective.
+[[nodiscard]] double zero_share(const FilteredStructure& line);
 
 /// @brief Largest frequency of the masses on the line, corrected modes included [rad/s], to 1e-5 of it, never above.
 /// @return nothing where SLEPc does not converge, as many modes near the largest do not let it

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -16,6 +17,7 @@
 namespace udar {
 
 struct FrameElement;
+class NetworkSolver;
 
 /// @brief wf^2 M + C of a network: `NetworkSolver` is what solves, the product by elements what solutions are checked
 /// with; it takes differences along elements first, so that a translation gives nothing. The assembled frame is made
@@ -28,6 +30,9 @@ class NetworkOperator final : public ScaledOperator {
  public:
   /// @param network must live as long @param filter_frequency wf [rad/s], finite @note Collective.
   NetworkOperator(const Network& network, double filter_frequency);
+  NetworkOperator(const NetworkOperator&) = delete;
+  NetworkOperator& operator=(const NetworkOperator&) = delete;
+  ~NetworkOperator() override;
 
   [[nodiscard]] const Network& network() const noexcept { return *network_; }
   [[nodiscard]] double filter_frequency() const noexcept { return filter_frequency_; }
@@ -44,6 +49,9 @@ class NetworkOperator final : public ScaledOperator {
   void extract(std::span<const double> unknowns, const FilterColumn& column) const override;
   void unknowns_of(const FilterColumn& column, std::span<double> unknowns) const override;
   [[nodiscard]] std::size_t internal_numbers() const override { return 2; }
+  /// Rotations follow from displacements by the network on filter springs that hold it where its masses are: those of a
+  /// filter far above its own frequencies. Factors on first demand.
+  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
   /// Of each element in member axes: axial force, shear forces along y and z, torque, and of both ends the larger
   /// bending moment about y and about z.
   [[nodiscard]] std::span<const FieldInfo> internal_fields() const override;
@@ -100,6 +108,7 @@ class NetworkOperator final : public ScaledOperator {
   std::vector<std::pair<std::size_t, double>> held_;
   petsc::Matrix op_;
   petsc::Matrix matrix_;
+  std::unique_ptr<NetworkSolver> held_network_;  // by its masses
 };
 
 }  // namespace udar

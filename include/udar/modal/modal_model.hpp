@@ -23,15 +23,16 @@ struct ModalChoice {
   double retardation = 0.0;             ///< alpha: the static rest lags by alpha over the last frequency
 };
 
-/// @brief The reduced model of a beam with its loads and supports, and the way back to the beam.
+/// @brief The reduced model of a structure with its loads and supports, and the way back to the structure.
 class ModalModel {
  public:
-  /// @param chain what is simulated @param parameters of its line @param loads on it; must outlive this object
+  /// @param structure what is simulated @param parameters of its line @param loads on it; must outlive this object
   /// @param axis where nothing strains it [m], local points @param points that supports can touch, of all ranks
-  /// @note Collective: about 2 k + 4 line solves and ten for each point and load, for each number of modes tried.
+  /// @note Collective: as `ModalBasis` and about ten line solves for each point and load, for each number of modes
+  /// tried.
   /// @throws InputError if modes are too few or too many, or points too close together
-  ModalModel(const BeamChain& chain, const FilterParameters& parameters, const Loads& loads, std::vector<double> axis,
-             std::span<const LinePoint> points, const ModalChoice& choice);
+  ModalModel(const Structure& structure, const FilterParameters& parameters, const Loads& loads,
+             std::vector<double> axis, std::span<const LinePoint> points, const ModalChoice& choice);
 
   [[nodiscard]] const ReducedModel& reduced() const noexcept { return reduced_; }
   [[nodiscard]] const ModalBasis& basis() const noexcept { return *basis_; }
@@ -63,8 +64,8 @@ class ModalModel {
     std::vector<double> at;    // contact points
   };
 
-  void choose(const BeamChain& chain, const FilterParameters& parameters, PetscInt asked);
-  void build(const BeamChain& chain, const FilterParameters& parameters, PetscInt modes);
+  void choose(const Structure& structure, const FilterParameters& parameters, PetscInt asked);
+  void build(const Structure& structure, const FilterParameters& parameters, PetscInt modes);
   void set_lags(const ModalChoice& choice);
   [[nodiscard]] UnitLoad respond(std::span<const double> force);
 
