@@ -9,10 +9,12 @@ namespace udar::app {
 
 NetworkSize size_of(const Network& network) {
   const NetworkParameters& parameters = network.parameters();
-  NetworkSize size{
-      .junctions = parameters.junctions.size(), .members = parameters.members.size(), .elements = 0, .extent = {}};
-  for (const Member& member : parameters.members) {
-    size.elements += member.elements;
+  NetworkSize size{.junctions = parameters.junctions.size(), .members = parameters.members.size(), .extent = {}};
+  for (std::size_t member = 0; member < parameters.members.size(); ++member) {
+    const MemberKind& kind = network.kinds()[network.kind(member)];
+    size.elements += kind.elements;
+    size.unequal += kind.equal_elements() ? 0 : 1;
+    size.shortest = member == 0 ? kind.shortest() : std::min(size.shortest, kind.shortest());
   }
   std::ostringstream text;
   text.precision(4);

@@ -66,6 +66,8 @@ void add_structure(Description& built, const FilteredStructure& line) {
     built.add("junctions, members, elements",
               rounded({static_cast<double>(size.junctions), static_cast<double>(size.members),
                        static_cast<double>(size.elements)}));
+    built.add("members of unequal elements", static_cast<double>(size.unequal));
+    built.add("shortest element [m]", rounded(size.shortest));
     built.add("connected parts", static_cast<double>(network->connected_parts()));
     for (const std::string& note : network->notes()) {
       built.add("note", note);

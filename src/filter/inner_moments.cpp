@@ -48,22 +48,24 @@ Square3 inverse(const Square3& m) {
   return result;
 }
 
-/// The different elements of a member: first, one between, last.
+/// The different elements of a member: of equal ones first, one between, last.
 struct Elements {
-  std::array<FrameElement::Matrix, 3> matrices{};
+  std::vector<FrameElement::Matrix> matrices;
   std::size_t count;
+  bool equal;
 
   Elements(const Network& network, std::size_t number) : count{network.parameters().members[number].elements} {
     const Member& member = network.parameters().members[number];
-    const double length = network.kinds()[network.kind(number)].element_length;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::size_t element = i == 0 ? 0 : i == 1 ? std::min<std::size_t>(1, count - 1) : count - 1;
-      matrices.at(i) = element_of(member, length, element)
-                           .stiffness(network.parameters().sections[member.section], network.axes(number));
+    const MemberKind& kind = network.kinds()[network.kind(number)];
+    equal = kind.equal_elements();
+    for (std::size_t i = 0; i < (equal ? 3 : count); ++i) {
+      const std::size_t element = !equal || i == 0 ? i : i == 1 ? std::min<std::size_t>(1, count - 1) : count - 1;
+      matrices.push_back(element_of(member, kind.length(element), element)
+                             .stiffness(network.parameters().sections[member.section], network.axes(number)));
     }
   }
   [[nodiscard]] const FrameElement::Matrix& operator[](std::size_t element) const {
-    return matrices.at(element == 0 ? 0 : element + 1 == count ? 2 : 1);
+    return matrices[!equal || element == 0 ? element : element + 1 == count ? 2 : 1];
   }
 };
 

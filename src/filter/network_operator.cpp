@@ -148,12 +148,13 @@ void NetworkOperator::list_held() {
   const std::vector<std::size_t>& own = network_->own_junctions();
   std::vector<std::array<double, 2>> diagonal(own.size(), {0.0, 0.0});
   for (std::size_t number = 0; number < given.members.size(); ++number) {
-    for (const MemberEnd& end : given.members[number].ends) {
-      if (network_->junction_ranks()[end.junction] == network_->rank()) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      const std::size_t junction = given.members[number].ends.at(end).junction;
+      if (network_->junction_ranks()[junction] == network_->rank()) {
         for (const std::size_t rotation : {0U, 1U}) {
-          diagonal[network_->junction_node(end.junction).local].at(rotation) +=
+          diagonal[network_->junction_node(junction).local].at(rotation) +=
               scale_of(given.sections[given.members[number].section],
-                       network_->kinds()[network_->kind(number)].element_length, rotation == 1);
+                       network_->kinds()[network_->kind(number)].end_length(end), rotation == 1);
         }
       }
     }
@@ -356,7 +357,7 @@ void NetworkOperator::each_element(const Visit& visit) const {
       continue;
     }
     const Member& member = given.members[number];
-    const double length = network_->kinds()[network_->kind(number)].element_length;
+    const MemberKind& kind = network_->kinds()[network_->kind(number)];
     const auto junction_at = [&](std::size_t end) {
       return static_cast<std::size_t>(std::ranges::lower_bound(touched_, member.ends.at(end).junction) -
                                       touched_.begin());
@@ -366,8 +367,9 @@ void NetworkOperator::each_element(const Visit& visit) const {
     Placed placed{.member = number, .at_junction = {true, false}, .where = {junction_at(0), 0}};
     for (std::size_t i = 0; i < member.elements; ++i) {
       const bool last = i + 1 == member.elements;
-      if (i == 0 || (i == 1 && !plain(member.ends[0])) || (last && !plain(member.ends[1]))) {  // others are alike
-        element = element_of(member, length, i);
+      if (i == 0 || (i == 1 && !plain(member.ends[0])) || (last && !plain(member.ends[1])) ||
+          kind.length(i) != element.length) {  // others are alike
+        element = element_of(member, kind.length(i), i);
         matrix = element.stiffness(given.sections[member.section], network_->axes(number));
       }
       placed.at_junction[1] = last;

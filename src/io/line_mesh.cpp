@@ -22,31 +22,54 @@ struct Runs {
     return mesh.edges[edge][mesh.edges[edge][0] == node ? 1 : 0];
   }
 
-  /// Whether nothing happens at a node but that one edge follows another.
-  [[nodiscard]] bool inner(std::size_t node) const {
-    constexpr double kSame = 1e-6;  // of an element: meshes are written with ten digits and more
+  [[nodiscard]] double length(std::size_t edge) const {
+    const Place& from = mesh.nodes[mesh.edges[edge][0]];
+    const Place& to = mesh.nodes[mesh.edges[edge][1]];
+    return std::hypot(to.x - from.x, to.y - from.y, to.z - from.z);
+  }
+
+  /// Whether a node is where one edge goes on as another.
+  [[nodiscard]] bool straight(std::size_t node) const {
     if (degree[node] != 2 || mesh.node_group[node] != LineMesh::kNone ||
         mesh.edge_group[ends[node][0]] != mesh.edge_group[ends[node][1]]) {
       return false;
     }
+    const std::array size{length(ends[node][0]), length(ends[node][1])};
     const Place& before = mesh.nodes[other_end(ends[node][0], node)];
     const Place& here = mesh.nodes[node];
     const Place& after = mesh.nodes[other_end(ends[node][1], node)];
-    const double change = std::hypot(after.x - 2.0 * here.x + before.x, after.y - 2.0 * here.y + before.y,
-                                     after.z - 2.0 * here.z + before.z);
-    return change <= kSame * std::hypot(here.x - before.x, here.y - before.y, here.z - before.z);
+    const auto turn = [&](double a, double b, double c) { return (c - b) / size[1] - (b - a) / size[0]; };
+    return std::hypot(turn(before.x, here.x, after.x), turn(before.y, here.y, after.y),
+                      turn(before.z, here.z, after.z)) <= kSame;
   }
 
-  /// Goes from a node of an edge away from that edge as far as nothing happens. @return where that ends
-  std::size_t follow(std::size_t edge, std::size_t node, std::size_t& count) {
+  [[nodiscard]] static bool equal(double one, double other) { return std::abs(one - other) <= kSame * one; }
+
+  /// Whether an edge is one of a row of equal ones that ends at a node.
+  [[nodiscard]] bool ends_row(std::size_t edge, std::size_t node) const {
+    const std::size_t other = other_end(edge, node);
+    return straight(other) && equal(length(ends[other][0]), length(ends[other][1]));
+  }
+
+  /// Whether nothing happens at a node.
+  [[nodiscard]] bool inner(std::size_t node) const {
+    const auto& [left, right] = ends[node];
+    return straight(node) && (equal(length(left), length(right)) || !ends_row(left, node) || !ends_row(right, node));
+  }
+
+  /// Goes from a node of an edge away from that edge as far as nothing happens. @param lengths of the edges, added to
+  /// @return where that ends
+  std::size_t follow(std::size_t edge, std::size_t node, std::vector<double>& lengths) {
     while (inner(node)) {
       edge = ends[node][ends[node][0] == edge ? 1 : 0];
       used[edge] = true;
       node = other_end(edge, node);
-      ++count;
+      lengths.push_back(length(edge));
     }
     return node;
   }
+
+  static constexpr double kSame = 1e-6;  // meshes are written with ten digits and more
 
   const LineMesh& mesh;
   std::vector<std::array<std::size_t, 2>> ends;  // the first two edges at each node
@@ -66,8 +89,15 @@ std::vector<StraightRun> straight_runs(const LineMesh& mesh) {
     runs.used[edge] = true;
     StraightRun& run = found.emplace_back();
     run.group = mesh.edge_group[edge];
-    run.from = runs.follow(edge, mesh.edges[edge][0], run.elements);
-    run.to = runs.follow(edge, mesh.edges[edge][1], run.elements);
+    run.from = runs.follow(edge, mesh.edges[edge][0], run.lengths);
+    std::ranges::reverse(run.lengths);
+    run.lengths.push_back(runs.length(edge));
+    run.to = runs.follow(edge, mesh.edges[edge][1], run.lengths);
+    run.elements = run.lengths.size();
+    const auto differ = [&](double one, double other) { return !runs.equal(one, other); };
+    if (std::ranges::adjacent_find(run.lengths, differ) == run.lengths.end()) {
+      run.lengths.clear();
+    }
   }
   return found;
 }

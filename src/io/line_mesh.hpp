@@ -35,16 +35,18 @@ struct LineMesh {
 [[nodiscard]] LineMesh read_gmsh(MPI_Comm comm, const std::string& quantity, const std::string& path,
                                  const std::string& beside);
 
-/// @brief Edges one after the other, of one group, straight and equal.
+/// @brief Edges one after the other, of one group, straight.
 struct StraightRun {
-  std::size_t from = 0;      ///< node
-  std::size_t to = 0;        ///< node
-  std::size_t elements = 1;  ///< edges
-  std::size_t group = 0;     ///< in `LineMesh::curves`
+  std::size_t from = 0;           ///< node
+  std::size_t to = 0;             ///< node
+  std::size_t elements = 1;       ///< edges
+  std::size_t group = 0;          ///< in `LineMesh::curves`
+  std::vector<double> lengths{};  ///< of the edges [m]; empty if all are equal
 };
 
-/// @brief The longest runs between nodes where something else happens: a branch, an end, a change of group, direction
-/// or length by more than 1e-6 of it, a node in a group. In the order of their first edges, in the direction of these.
+/// @brief The longest runs between nodes where something else happens: a branch, an end, a change of group or
+/// direction, a node in a group, or where equal edges meet equal ones of another length, which are longer or shorter by
+/// more than 1e-6. In the order of their first edges, in the direction of these.
 [[nodiscard]] std::vector<StraightRun> straight_runs(const LineMesh& mesh);
 
 }  // namespace udar::io

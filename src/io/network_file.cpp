@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -11,6 +13,7 @@
 #include "io/line_mesh.hpp"
 #include "io/network_keys.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/member_shape.hpp"
 
 namespace udar::io {
 namespace {
@@ -147,9 +150,9 @@ class NetworkReader {
     }
     apply(member, keys);
     if (!keys.division) {
-      thing.miss("elements or element_length [m], neither by itself nor by a group");
+      thing.miss("elements, element_length [m] or element_lengths [m], neither by itself nor by a group");
     }
-    const auto& [elements, length] = keys.division->value;
+    const auto& [elements, length, lengths] = keys.division->value;
     member.elements = elements;
     if (length > 0.0) {
       constexpr double kWhole = 1e-9;  // of an element: decimal fractions that rounding has touched
@@ -159,6 +162,29 @@ class NetworkReader {
         thing.refuse(keys.division->mark, "element_length: it makes more than 1e9 elements");
       }
       member.elements = static_cast<std::size_t>(std::max(1.0, std::ceil(parts * (1.0 - kWhole))));
+    } else if (!lengths.empty()) {
+      require_whole(member, lengths, keys.division->mark, thing);
+      member.spacing = lengths;
+    }
+    if (keys.grading) {
+      if (length > 0.0 || !lengths.empty() || elements < 2) {
+        thing.refuse(keys.grading->mark, "grading needs elements, a whole number >= 2");
+      }
+      member.spacing = graded_spacing(elements, keys.grading->value);
+    }
+  }
+
+  /// Whether given lengths of elements are those of a member.
+  void require_whole(const Member& member, std::span<const double> lengths, const YAML::Mark& mark,
+                     const YamlThing& thing) const {
+    constexpr double kSame = 1e-6;  // of the length: they may be typed
+    const double sum = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+    const double length = length_of(member);
+    if (!(std::abs(sum - length) <= kSame * length)) {
+      std::ostringstream text;
+      text << "element_lengths: their sum of " << sum << " m is not allowed, expected the member's length of " << length
+           << " m";
+      thing.refuse(mark, text.str());
     }
   }
 
@@ -272,6 +298,7 @@ class NetworkReader {
       member.ends[0].junction = junction_of[run.from];
       member.ends[1].junction = junction_of[run.to];
       member.elements = run.elements;
+      member.spacing = run.lengths;
       apply(member, *groups.curves[run.group]);
     }
   }

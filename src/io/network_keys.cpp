@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "udar/structure/member_shape.hpp"
 
@@ -108,6 +109,27 @@ std::optional<Given<std::array<double, 3>>> read_joint(YamlThing& thing, const s
   return given;
 }
 
+std::optional<Given<Division>> read_division(YamlThing& thing) {
+  std::optional<Given<Division>> found;
+  const auto take = [&](Division division, const YAML::Mark& mark, const char* key) {
+    if (found) {
+      thing.refuse(mark, std::string{key} +
+                             " besides another of elements, element_length, element_lengths, expected one of them");
+    }
+    found = Given<Division>{std::move(division), mark};
+  };
+  if (const auto elements = thing.count("elements")) {
+    take({.elements = elements->value}, elements->mark, "elements");
+  }
+  if (const auto length = thing.number("element_length", "m", positive())) {
+    take({.length = length->value}, length->mark, "element_length");
+  }
+  if (const auto lengths = thing.numbers("element_lengths", "m", positive(), 0)) {
+    take({.elements = lengths->value.size(), .lengths = lengths->value}, lengths->mark, "element_lengths");
+  }
+  return found;
+}
+
 template <class T>
 void add(std::optional<Given<T>>& keys, const std::optional<Given<T>>& group, const YamlThing& thing) {
   if (keys && group) {
@@ -122,6 +144,7 @@ template <class Each>
 void pairs(MemberKeys& left, const MemberKeys& right, const Each& each) {
   each(left.section, right.section);
   each(left.division, right.division);
+  each(left.grading, right.grading);
   each(left.orientation, right.orientation);
   for (std::size_t end = 0; end < 2; ++end) {
     each(left.joint.at(end), right.joint.at(end));
@@ -204,16 +227,8 @@ MemberKeys read_member_keys(YamlThing& thing, const NameTable& sections, bool of
   if (of_mesh) {
     return keys;
   }
-  const auto elements = thing.count("elements");
-  const auto length = thing.number("element_length", "m", positive());
-  if (elements && length) {
-    thing.refuse(length->mark, "element_length besides elements, expected one of them");
-  }
-  if (elements) {
-    keys.division = {{.elements = elements->value}, elements->mark};
-  } else if (length) {
-    keys.division = {{.length = length->value}, length->mark};
-  }
+  keys.division = read_division(thing);
+  keys.grading = thing.number("grading", "-", positive());
   for (std::size_t end = 0; end < 2; ++end) {
     keys.joint.at(end) = read_joint(thing, kEnds.at(end));
     keys.offset.at(end) = read_place(thing, (std::string{"offset_"} + kEnds.at(end)).c_str());

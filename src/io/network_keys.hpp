@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "io/yaml_thing.hpp"
 #include "udar/structure/network.hpp"
@@ -31,16 +32,18 @@ class NameTable {
   std::map<std::string, std::size_t> numbers_;
 };
 
-/// @brief Into how many elements a member is cut: so many, or such of at most this length.
+/// @brief Into which elements a member is cut: so many, such of at most this length, or these.
 struct Division {
   std::size_t elements = 0;
-  double length = 0.0;  ///< [m]; 0: by `elements`
+  double length = 0.0;            ///< [m]; 0: by `elements`
+  std::vector<double> lengths{};  ///< of each [m]; empty: equal or graded ones
 };
 
 /// @brief What members, and groups of them, may say.
 struct MemberKeys {
   std::optional<Given<std::size_t>> section{};
   std::optional<Given<Division>> division{};
+  std::optional<Given<double>> grading{};  ///< length of the last element over that of the first
   std::optional<Given<Place>> orientation{};
   std::array<std::optional<Given<std::array<double, 3>>>, 2> joint{};
   std::array<std::optional<Given<Place>>, 2> offset{};

@@ -116,8 +116,9 @@ std::optional<Given<std::vector<double>>> YamlThing::numbers(const char* key, co
   if (!value) {
     return std::nullopt;
   }
-  const std::string expected = "a list of " + std::to_string(size) + " numbers, each " + range.text() + with_unit(unit);
-  if (!value->IsSequence() || value->size() != size) {
+  const std::string expected =
+      "a list of " + (size > 0 ? std::to_string(size) + " " : "") + "numbers, each " + range.text() + with_unit(unit);
+  if (!value->IsSequence() || value->size() == 0 || (size > 0 && value->size() != size)) {
     refuse_value(*value, key, expected);
   }
   Given<std::vector<double>> given{{}, value->Mark()};

@@ -39,7 +39,7 @@ class YamlThing {
   [[nodiscard]] std::optional<Given<std::string>> text(const char* key);
   [[nodiscard]] std::optional<Given<double>> number(const char* key, const char* unit, petsc::Range range);
   [[nodiscard]] std::optional<Given<std::size_t>> count(const char* key);
-  /// A list of so many numbers.
+  /// A list of so many numbers; 0: of any.
   [[nodiscard]] std::optional<Given<std::vector<double>>> numbers(const char* key, const char* unit, petsc::Range range,
                                                                   std::size_t size);
   /// One word or a list of some.

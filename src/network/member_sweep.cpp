@@ -48,15 +48,22 @@ struct Target {
   Pack fx, fy, fz;  // force over K [m]
 };
 
-/// Walks along the nodes of a pack from the first end to the second.
-template <bool Full, bool Loaded>
+/// Walks along the nodes of a pack from the first end to the second. All that differs where elements are unequal, and
+/// is not in the tables, is behind `Equal`.
+template <bool Full, bool Loaded, bool Equal>
 struct Walk {
+  const MemberTables& tables;
   const Placement& frame;
   const Sweep& given;
   const EndPlaces& ends;
   std::size_t inner;
-  double compliance;  // 1 / K
+  double compliance;                 // 1 / K
+  const Spacing::Element* elements;  // of unequal ones
+  const Spacing::Node* nodes;
 
+  /// Length of element i over h, mass of inner node i over m.
+  [[nodiscard]] UDAR_INLINE double length(std::size_t i) const { return elements[i].length; }
+  [[nodiscard]] UDAR_INLINE double mass(std::size_t i) const { return nodes[i].mass; }
   UDAR_INLINE void end(std::size_t which, Target& target) const {
     target.x = ends[which][0];
     target.y = ends[which][1];
@@ -72,27 +79,34 @@ struct Walk {
       load<Full>(target.fx, given.force.x + at, frame.lanes);
       load<Full>(target.fy, given.force.y + at, frame.lanes);
       load<Full>(target.fz, given.force.z + at, frame.lanes);
-      target.fx *= compliance;
-      target.fy *= compliance;
-      target.fz *= compliance;
+      const double own = Equal ? compliance : compliance * nodes[i].inverse;
+      target.fx *= own;
+      target.fy *= own;
+      target.fz *= own;
     }
   }
   /// Target of inner node i, behind the last of the second end.
   UDAR_INLINE void at(std::size_t i, Target& target) const { i < inner ? node(i, target) : end(1, target); }
-};
 
-/// Differences first, for a rigid motion must leave nothing.
-template <bool Loaded>
-UDAR_INLINE void difference(const Target& right, const Target& left, std::array<Pack, 3>& rise) {
-  rise[0] = right.x - left.x;
-  rise[1] = right.y - left.y;
-  rise[2] = right.z - left.z;
-  if constexpr (Loaded) {
-    rise[0] += right.fx - left.fx;
-    rise[1] += right.fy - left.fy;
-    rise[2] += right.fz - left.fz;
+  /// How much the targets rise from one end of element i to the other, over its length times h. Differences first, for
+  /// a rigid motion must leave nothing.
+  UDAR_INLINE void rise(std::size_t i, const Target& right, const Target& left, std::array<Pack, 3>& value) const {
+    value[0] = right.x - left.x;
+    value[1] = right.y - left.y;
+    value[2] = right.z - left.z;
+    if constexpr (Loaded) {
+      value[0] += right.fx - left.fx;
+      value[1] += right.fy - left.fy;
+      value[2] += right.fz - left.fz;
+    }
+    if constexpr (!Equal) {
+      const double inverse = elements[i].inverse;
+      value[0] *= inverse;
+      value[1] *= inverse;
+      value[2] *= inverse;
+    }
   }
-}
+};
 
 UDAR_INLINE void along(const std::array<Lanes, 3>& axis, const std::array<Pack, 3>& vector, Pack& value) {
   value = pack(axis[0]) * vector[0] + pack(axis[1]) * vector[1] + pack(axis[2]) * vector[2];
@@ -105,11 +119,11 @@ UDAR_INLINE void turned_back(const Placement& frame, const std::array<Pack, 3>& 
   }
 }
 
-template <bool Full, bool Loaded>
-UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& frame, const Sweep& given,
-                               const EndPlaces& ends, Condensed& condensed) {
-  const std::size_t inner = tables.inner();
-  const Walk<Full, Loaded> walk{frame, given, ends, inner, 1.0 / tables.node_stiffness()};
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void condense_pack(const Walk<Full, Loaded, Equal>& walk, Condensed& condensed) {
+  const MemberTables& tables = walk.tables;
+  const Placement& frame = walk.frame;
+  const std::size_t inner = walk.inner;
   const auto* const weights_y = tables.bending(0).weights.data();
   const auto* const weights_z = tables.bending(1).weights.data();
   const auto* const weights_x = tables.axial().weights.data();
@@ -122,14 +136,14 @@ UDAR_INLINE void condense_pack(const MemberTables& tables, const Placement& fram
   std::array<Pack, 3> ahead;
   walk.end(0, target);
   walk.at(0, next);
-  difference<Loaded>(next, target, rise);
+  walk.rise(0, next, target, rise);
   along(frame.axes[1], rise, pack(condensed.rise[0][0]));
   along(frame.axes[2], rise, pack(condensed.rise[1][0]));
   Pack value;
   for (std::size_t i = 0; i < inner; ++i) {
     target = next;
     walk.at(i + 1, next);
-    difference<Loaded>(next, target, ahead);
+    walk.rise(i + 1, next, target, ahead);
     along(frame.axes[0], rise, value);
     shown_x[0] += weights_x[i][0] * value;
     shown_x[1] += weights_x[i][1] * value;
@@ -196,21 +210,49 @@ UDAR_INLINE void bounds_of(const MemberTables& tables, const Condensed& condense
   pack(bounds.twist_rise) = twist.element * (known[1][3] - known[0][3]);
 }
 
-/// Behind the first end, and before the second.
-UDAR_INLINE void start(const Bounds& bounds, Recursion& state) {
+/// Adds what a rotation moves, or a force turns, over element i.
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void carry(const Walk<Full, Loaded, Equal>& walk, std::size_t i, const Pack& from, Pack& to) {
+  if constexpr (Equal) {
+    to += from;
+  } else {
+    to += walk.length(i) * from;
+  }
+}
+
+/// Behind the first element, and before the last.
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void start(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, Recursion& state) {
   for (std::size_t plane = 0; plane < 2; ++plane) {
     state.force[plane] = pack(bounds.force[plane]);
-    state.moment[plane] = pack(bounds.moment[plane]) + state.force[plane];
+    state.moment[plane] = pack(bounds.moment[plane]);
+    carry(walk, walk.inner, state.force[plane], state.moment[plane]);
     state.turn[plane] = pack(bounds.turn[plane]);
-    state.deflection[plane] = pack(bounds.deflection[plane]) + state.turn[plane];
+    state.deflection[plane] = pack(bounds.deflection[plane]);
+    carry(walk, 0, state.turn[plane], state.deflection[plane]);
   }
   state.along = pack(bounds.along);
   state.pull = pack(bounds.pull);
 }
 
+/// Through inner node i and the element behind it. @param kink there
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void pass_node(const Walk<Full, Loaded, Equal>& walk, const BendingTable::Gain& gain, std::size_t i,
+                           const Pack& kink, Pack& deflection, Pack& turn) {
+  const Pack turned = turn + kink;
+  if constexpr (Equal) {
+    turn = turned - gain.turn * deflection;
+    deflection = gain.keep * deflection + turned;
+  } else {
+    turn = turned - walk.mass(i) * gain.turn * deflection;
+    deflection = gain.keep * deflection + walk.length(i + 1) * turned;
+  }
+}
+
 /// To the second end: states before each node go where its stretch will be.
-template <bool Full, bool Loaded, bool Turned>
-UDAR_INLINE void sweep_right(const MemberTables& tables, const Walk<Full, Loaded>& walk, Recursion& state) {
+template <bool Turned, bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void sweep_right(const Walk<Full, Loaded, Equal>& walk, Recursion& state) {
+  const MemberTables& tables = walk.tables;
   const Placement& frame = walk.frame;
   const Sweep& given = walk.given;
   const auto* const gains_y = tables.bending(0).gains.data();
@@ -223,28 +265,24 @@ UDAR_INLINE void sweep_right(const MemberTables& tables, const Walk<Full, Loaded
   Pack value;
   walk.end(0, target);
   walk.at(0, next);
-  difference<Loaded>(next, target, rise);
+  walk.rise(0, next, target, rise);
   along(frame.axes[0], rise, value);
-  state.along -= value;
+  state.along -= Equal ? value : walk.length(0) * value;
   for (std::size_t i = 0; i < walk.inner; ++i) {
     const std::size_t at = frame.first + i * frame.lanes;
     target = next;
     walk.at(i + 1, next);
-    difference<Loaded>(next, target, ahead);
+    walk.rise(i + 1, next, target, ahead);
     store<Full>(given.stretch.x + at, state.along, frame.lanes);
     store<Full>(given.stretch.y + at, state.deflection[0], frame.lanes);
     store<Full>(given.stretch.z + at, state.deflection[1], frame.lanes);
     along(frame.axes[0], ahead, value);
-    state.along = releases[i] * state.along - value;
+    state.along = releases[i] * state.along - (Equal ? value : walk.length(i + 1) * value);
     const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
     along(frame.axes[1], kink, value);
-    const Pack turned_y = state.turn[0] + value;
-    state.turn[0] = turned_y - gains_y[i].turn * state.deflection[0];
-    state.deflection[0] = gains_y[i].keep * state.deflection[0] + turned_y;
+    pass_node(walk, gains_y[i], i, value, state.deflection[0], state.turn[0]);
     along(frame.axes[2], kink, value);
-    const Pack turned_z = state.turn[1] + value;
-    state.turn[1] = turned_z - gains_z[i].turn * state.deflection[1];
-    state.deflection[1] = gains_z[i].keep * state.deflection[1] + turned_z;
+    pass_node(walk, gains_z[i], i, value, state.deflection[1], state.turn[1]);
     if constexpr (Turned) {  // against the line between the targets, and of that line
       along(frame.axes[1], ahead, value);
       store<Full>(given.rotation.y + at, state.turn[0] + value, frame.lanes);
@@ -256,9 +294,12 @@ UDAR_INLINE void sweep_right(const MemberTables& tables, const Walk<Full, Loaded
 }
 
 /// Rotations of inner node i, from the states stored for it and the reactions behind it.
-template <bool Full>
-UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Bounds& bounds,
-                           const Recursion& state, std::size_t i) {
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void turn_node(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, const Recursion& state,
+                           std::size_t i) {
+  const MemberTables& tables = walk.tables;
+  const Placement& frame = walk.frame;
+  const Sweep& sweep = walk.given;
   const std::size_t at = frame.first + i * frame.lanes;
   const double h = tables.element_length();
   const BendingTable::Gain& y = tables.bending(0).gains[i];
@@ -269,17 +310,24 @@ UDAR_INLINE void turn_node(const MemberTables& tables, const Placement& frame, c
   load<Full>(bent[1], sweep.rotation.z + at, frame.lanes);
   const Pack about_z = (bent[0] + y.turn * state.force[0] + y.bend * state.moment[0]) / h;
   const Pack about_y = (bent[1] + z.turn * state.force[1] + z.bend * state.moment[1]) / -h;
-  const Pack about_x = pack(bounds.twist) + static_cast<double>(i + 1) * pack(bounds.twist_rise);
+  const double place = Equal ? static_cast<double>(i + 1) : walk.nodes[i].place;
+  const Pack about_x = pack(bounds.twist) + place * pack(bounds.twist_rise);
   turned_back(frame, {about_x, about_y, about_z}, global);
   store<Full>(sweep.rotation.x + at, global[0], frame.lanes);
   store<Full>(sweep.rotation.y + at, global[1], frame.lanes);
   store<Full>(sweep.rotation.z + at, global[2], frame.lanes);
 }
 
+/// A reaction behind inner node i to one behind the element before it. @param stretch of the node
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void take(const Walk<Full, Loaded, Equal>& walk, std::size_t i, const Pack& stretch, Pack& force) {
+  force -= Equal ? stretch : walk.mass(i) * stretch;
+}
+
 /// Back to the first end.
-template <bool Full, bool Loaded, bool Turned>
-UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Bounds& bounds,
-                            Recursion& state) {
+template <bool Turned, bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void sweep_left(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, Recursion& state) {
+  const MemberTables& tables = walk.tables;
   const Placement& frame = walk.frame;
   const Triple<double>& stretch = walk.given.stretch;
   const auto* const gains_y = tables.bending(0).gains.data();
@@ -294,16 +342,16 @@ UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>
     load<Full>(d[0], stretch.y + at, frame.lanes);
     load<Full>(d[1], stretch.z + at, frame.lanes);
     if constexpr (Turned) {
-      turn_node<Full>(tables, frame, walk.given, bounds, state, i);
+      turn_node(walk, bounds, state, i);
     }
     dx = axial.releases[i] * dx + axial.keeps[i] * state.pull;
-    state.pull -= dx;
+    take(walk, i, dx, state.pull);
     d[0] = gains_y[i].release * d[0] + gains_y[i].deflect * state.force[0] + gains_y[i].turn * state.moment[0];
-    state.force[0] -= d[0];
-    state.moment[0] += state.force[0];
+    take(walk, i, d[0], state.force[0]);
+    carry(walk, i, state.force[0], state.moment[0]);
     d[1] = gains_z[i].release * d[1] + gains_z[i].deflect * state.force[1] + gains_z[i].turn * state.moment[1];
-    state.force[1] -= d[1];
-    state.moment[1] += state.force[1];
+    take(walk, i, d[1], state.force[1]);
+    carry(walk, i, state.force[1], state.moment[1]);
     turned_back(frame, {dx, d[0], d[1]}, global);
     if constexpr (Loaded) {
       Target target;
@@ -318,16 +366,16 @@ UDAR_INLINE void sweep_left(const MemberTables& tables, const Walk<Full, Loaded>
   }
 }
 
-template <bool Full, bool Loaded>
-UDAR_INLINE void resolve_pack(const MemberTables& tables, const Walk<Full, Loaded>& walk, const Bounds& bounds) {
+template <bool Full, bool Loaded, bool Equal>
+UDAR_INLINE void resolve_pack(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds) {
   Recursion state;
-  start(bounds, state);
+  start(walk, bounds, state);
   if (walk.given.rotation.x != nullptr) {
-    sweep_right<Full, Loaded, true>(tables, walk, state);
-    sweep_left<Full, Loaded, true>(tables, walk, bounds, state);
+    sweep_right<true>(walk, state);
+    sweep_left<true>(walk, bounds, state);
   } else {
-    sweep_right<Full, Loaded, false>(tables, walk, state);
-    sweep_left<Full, Loaded, false>(tables, walk, bounds, state);
+    sweep_right<false>(walk, state);
+    sweep_left<false>(walk, bounds, state);
   }
 }
 
@@ -416,19 +464,24 @@ struct Task {
   const Sweep& sweep;
 };
 
-template <bool Full, bool Loaded>
-UDAR_INLINE void condense_inside(const Task& task, Condensed& condensed) {
+/// With a walk through the pack. @param run condenses or resolves
+template <bool Full, bool Loaded, bool Equal, class Run>
+UDAR_INLINE void walk_inside(const Task& task, const Run& run) {
   EndPlaces ends;
   gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
-  condense_pack<Full, Loaded>(task.tables, task.frame, task.sweep, ends, condensed);
+  const Spacing& spacing = task.tables.spacing();
+  run(Walk<Full, Loaded, Equal>{task.tables, task.frame, task.sweep, ends, task.tables.inner(),
+                                1.0 / task.tables.node_stiffness(), spacing.elements.data(), spacing.nodes.data()});
 }
 
-template <bool Full, bool Loaded>
-UDAR_INLINE void resolve_inside(const Task& task, const Bounds& bounds) {
-  EndPlaces ends;
-  gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
-  const Walk<Full, Loaded> walk{task.frame, task.sweep, ends, task.tables.inner(), 1.0 / task.tables.node_stiffness()};
-  resolve_pack<Full, Loaded>(task.tables, walk, bounds);
+template <bool Full, class Run>
+UDAR_INLINE void walk_any(const Task& task, const Run& run) {
+  const bool loaded = task.sweep.force.x != nullptr;
+  if (task.tables.spacing().elements.empty()) {
+    loaded ? walk_inside<Full, true, true>(task, run) : walk_inside<Full, false, true>(task, run);
+  } else {
+    loaded ? walk_inside<Full, true, false>(task, run) : walk_inside<Full, false, false>(task, run);
+  }
 }
 
 UDAR_INLINE void push_ends(const Task& task, const Condensed& condensed) {
@@ -445,12 +498,11 @@ UDAR_INLINE void bounds_at(const Task& task, const Condensed& condensed, Bounds&
 
 template <bool Full>
 UDAR_INLINE void condense_any(const Task& task, Condensed& condensed) {
-  task.sweep.force.x != nullptr ? condense_inside<Full, true>(task, condensed)
-                                : condense_inside<Full, false>(task, condensed);
+  walk_any<Full>(task, [&](const auto& walk) __attribute__((always_inline)) { condense_pack(walk, condensed); });
 }
 template <bool Full>
 UDAR_INLINE void resolve_any(const Task& task, const Bounds& bounds) {
-  task.sweep.force.x != nullptr ? resolve_inside<Full, true>(task, bounds) : resolve_inside<Full, false>(task, bounds);
+  walk_any<Full>(task, [&](const auto& walk) __attribute__((always_inline)) { resolve_pack(walk, bounds); });
 }
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 

@@ -9,35 +9,61 @@ using Real = long double;
 using Symmetric = std::array<Real, 3>;  // 00, 01, 11
 using Matrix2 = std::array<Real, 4>;    // row by row
 
-/// A p A' with A = [1 1; 0 1]: through an element.
-Symmetric carried(const Symmetric& p) { return {p[0] + 2 * p[1] + p[2], p[1] + p[2], p[2]}; }
+/// A p A' with A = [1 s; 0 1]: through an element of length s h.
+Symmetric carried(const Symmetric& p, Real s) { return {p[0] + 2 * s * p[1] + s * s * p[2], p[1] + s * p[2], p[2]}; }
 /// A' j A: back through it.
-Symmetric carried_back(const Symmetric& j) { return {j[0], j[0] + j[1], j[0] + 2 * j[1] + j[2]}; }
+Symmetric carried_back(const Symmetric& j, Real s) {
+  return {j[0], s * j[0] + j[1], s * s * j[0] + 2 * s * j[1] + j[2]};
+}
 /// A f
-Matrix2 transferred(const Matrix2& f) { return {f[0] + f[2], f[1] + f[3], f[2], f[3]}; }
+Matrix2 transferred(const Matrix2& f, Real s) { return {f[0] + s * f[2], f[1] + s * f[3], f[2], f[3]}; }
 
 Symmetric inverse(const Symmetric& c) {
   const Real det = c[0] * c[2] - c[1] * c[1];
   return {c[2] / det, -c[1] / det, c[0] / det};
 }
 
+/// Elements over h, and masses of the nodes between them over m.
+struct Steps {
+  std::vector<Real> length;
+  std::vector<Real> mass;
+
+  explicit Steps(const MemberKind& kind) {
+    const Real h = kind.element_length;
+    for (std::size_t i = 0; i < kind.elements; ++i) {
+      length.push_back(kind.equal_elements() ? 1 : kind.length(i) / h);
+    }
+    for (std::size_t i = 1; i < kind.elements; ++i) {
+      mass.push_back((length[i - 1] + length[i]) / 2);
+    }
+  }
+  [[nodiscard]] std::size_t elements() const { return length.size(); }
+};
+
 /// One plane of one member while it is factored; names as in docs/theory.md, "Networks".
 struct Plane {
-  Symmetric element;  // compliance
-  Real first_joint;   // compliance of the joints, infinite: a hinge
+  const Steps& steps;
+  Real bend;         // h^3 K / EI
+  Real shear;        // h K / kGA
+  Real first_joint;  // compliance of the joints, infinite: a hinge
   Real second_joint;
-  std::size_t elements;
   bool open = false;  // weights are those of a span
 
   struct Node {
-    Real release, deflect, turn, bend;
-    Matrix2 transfer;  // Phi just right of it
+    Real release, innovation, gain;  // 1 - G0, 1 / S, G1
+    Real deflect, turn, bend;        // P just right of it
+    Matrix2 transfer;                // Phi there
   };
   std::vector<Node> nodes{};
   Symmetric compliance{};  // C
   Matrix2 transfer{1, 0, 0, 1};
 
   [[nodiscard]] bool hinged_first() const { return std::isinf(first_joint); }
+  /// Compliance of an element.
+  [[nodiscard]] Symmetric element(std::size_t i) const {
+    const Real s = steps.length[i];
+    return {bend * s * s * s / 3 + shear * s, bend * s * s / 2, bend * s};
+  }
   void sweep_right();
   void sweep_left(BendingTable& table) const;
   [[nodiscard]] Symmetric end_stiffness() const;
@@ -47,27 +73,41 @@ void Plane::sweep_right() {
   Symmetric& p = compliance;
   Matrix2& f = transfer;
   p = {0, 0, hinged_first() ? 0 : first_joint};
-  for (std::size_t i = 1; i <= elements; ++i) {
-    p = carried(p);
+  for (std::size_t i = 1; i <= steps.elements(); ++i) {
+    const Real s = steps.length[i - 1];
+    const Symmetric own = element(i - 1);
+    p = carried(p, s);
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] += element[k];
+      p[k] += own[k];
     }
-    f = transferred(f);
-    if (i == elements) {
+    f = transferred(f, s);
+    if (i == steps.elements()) {
       break;
     }
+    const Real give = 1 / steps.mass[i - 1];  // of the filter spring
     Node node{};
     if (i == 1 && hinged_first()) {
       // The rotation is what this node makes it: displacement and rotation take all of its news.
-      node = {.release = 0, .deflect = 1, .turn = 1, .bend = 1 + element[0], .transfer = {0, 0, -1, 0}};
-      p = {1, 1, node.bend};
+      node = {.release = 0,
+              .innovation = 0,
+              .gain = 1 / s,
+              .deflect = give,
+              .turn = give / s,
+              .bend = (give + own[0]) / (s * s),
+              .transfer = {0, 0, -1 / s, 0}};
     } else {
-      const Real release = 1 / (p[0] + 1);
-      const Real turn = p[1] * release;
-      node = {.release = release, .deflect = p[0] * release, .turn = turn, .bend = p[2] - turn * p[1], .transfer = {}};
-      p = {node.deflect, turn, node.bend};
-      node.transfer = {f[0] * release, f[1] * release, f[2] - turn * f[0], f[3] - turn * f[1]};
+      const Real innovation = 1 / (p[0] + give);
+      const Real release = give * innovation;
+      const Real gain = p[1] * innovation;
+      node = {.release = release,
+              .innovation = innovation,
+              .gain = gain,
+              .deflect = p[0] * release,
+              .turn = p[1] * release,
+              .bend = p[2] - gain * p[1],
+              .transfer = {f[0] * release, f[1] * release, f[2] - gain * f[0], f[3] - gain * f[1]}};
     }
+    p = {node.deflect, node.turn, node.bend};
     f = node.transfer;
     nodes.push_back(node);
   }
@@ -92,8 +132,8 @@ void Plane::sweep_left(BendingTable& table) const {
   Symmetric j{};
   Matrix2 b{1, 0, 0, 1};
   table.weights.resize(nodes.size());
-  for (std::size_t i = elements; i >= 1; --i) {
-    if (i < elements) {
+  for (std::size_t i = steps.elements(); i >= 1; --i) {
+    if (i < steps.elements()) {
       const Node& node = nodes[i - 1];
       const std::array<Real, 2> end = pressed(b[1], b[3]);
       const std::array<Real, 2> start = from_end(end);
@@ -105,14 +145,15 @@ void Plane::sweep_left(BendingTable& table) const {
                             static_cast<double>(b[3])}
                : std::array{static_cast<double>(force - start[0]), static_cast<double>(moment - start[1]),
                             static_cast<double>(end[0]), static_cast<double>(end[1])};
-      // N = [R 0; -G1 1]: j <- N' j N + R e1 e1', b <- b N
+      // N = [1 - G0 0; -G1 1]: j <- N' j N + e1 e1' / S, b <- b N
       const Real r = node.release;
-      const Real g = node.turn;
-      j = {r * (r * j[0] - g * j[1]) - g * (r * j[1] - g * j[2]) + r, r * j[1] - g * j[2], j[2]};
+      const Real g = node.gain;
+      j = {r * (r * j[0] - g * j[1]) - g * (r * j[1] - g * j[2]) + node.innovation, r * j[1] - g * j[2], j[2]};
       b = {b[0] * r - b[1] * g, b[1], b[2] * r - b[3] * g, b[3]};
     }
-    j = carried_back(j);
-    b = {b[0], b[0] + b[1], b[2], b[2] + b[3]};
+    const Real s = steps.length[i - 1];
+    j = carried_back(j, s);
+    b = {b[0], s * b[0] + b[1], b[2], s * b[2] + b[3]};
   }
   table.open = {.compliance = compliance, .stiffness = j, .transfer = transfer};
   // [j + phi' c phi, -phi' c; -c phi, c]
@@ -141,7 +182,7 @@ void single_hinged(const Plane& plane, BendingTable& table) {
   if (std::isinf(plane.second_joint)) {
     return;
   }
-  const Real k = 1 / (plane.element[0] + plane.second_joint);
+  const Real k = 1 / (plane.element(0)[0] + plane.second_joint);
   constexpr std::array<double, 4> kAway{1, 0, -1, 1};
   for (std::size_t i = 0; i < 4; ++i) {
     for (std::size_t l = 0; l < 4; ++l) {
@@ -153,13 +194,14 @@ void single_hinged(const Plane& plane, BendingTable& table) {
 BendingTable factor(Plane plane) {
   BendingTable table;
   table.hinged_first = plane.hinged_first();
-  if (plane.elements == 1 && plane.hinged_first()) {
+  if (plane.steps.elements() == 1 && plane.hinged_first()) {
     single_hinged(plane, table);
     return table;
   }
   plane.sweep_right();
-  for (const Plane::Node& node : plane.nodes) {
-    table.gains.push_back({.keep = static_cast<double>(node.release - node.turn),
+  for (std::size_t i = 0; i < plane.nodes.size(); ++i) {
+    const Plane::Node& node = plane.nodes[i];
+    table.gains.push_back({.keep = static_cast<double>(node.release - plane.steps.length[i + 1] * node.gain),
                            .deflect = static_cast<double>(node.deflect),
                            .turn = static_cast<double>(node.turn),
                            .release = static_cast<double>(node.release),
@@ -169,17 +211,22 @@ BendingTable factor(Plane plane) {
   return table;
 }
 
-AxialTable factor_axial(Real element, std::size_t elements, bool open) {
+/// @param element K h / EA, compliance of one of length h
+AxialTable factor_axial(Real element, const Steps& steps, bool open) {
   AxialTable table;
+  const std::size_t elements = steps.elements();
   Real p = 0;
   Real phi = 1;
   std::vector<Real> before;  // phi before each element
+  std::vector<Real> innovation;
   std::vector<Real> release;
   for (std::size_t i = 1; i <= elements; ++i) {
     before.push_back(phi);
-    p += element;
+    p += steps.length[i - 1] * element;
     if (i < elements) {
-      const Real r = 1 / (p + 1);
+      const Real give = 1 / steps.mass[i - 1];
+      innovation.push_back(1 / (p + give));
+      const Real r = give * innovation.back();
       release.push_back(r);
       table.releases.push_back(static_cast<double>(r));
       table.keeps.push_back(static_cast<double>(p * r));
@@ -193,16 +240,34 @@ AxialTable factor_axial(Real element, std::size_t elements, bool open) {
   for (std::size_t i = elements; i >= 1; --i) {
     if (i < elements) {
       const Real r = release[i - 1];
-      j = r * r * j + r;
+      j = r * r * j + innovation[i - 1];
       b *= r;
     }
+    const Real s = steps.length[i - 1];
     const Real pull = before[i - 1] * j;
-    table.weights[i - 1] = open ? std::array{static_cast<double>(pull), static_cast<double>(-b)}
-                                : std::array{static_cast<double>(pull + phi * b / p), static_cast<double>(-b / p)};
+    table.weights[i - 1] =
+        open ? std::array{static_cast<double>(s * pull), static_cast<double>(-s * b)}
+             : std::array{static_cast<double>(s * (pull + phi * b / p)), static_cast<double>(-s * b / p)};
   }
   table.open = {.compliance = p, .stiffness = j, .transfer = phi};
   table.stiffness = {static_cast<double>(j + phi * phi / p), static_cast<double>(-phi / p), static_cast<double>(1 / p)};
   return table;
+}
+
+Spacing spacing_of(const Steps& steps) {
+  Spacing spacing;
+  Real place = 0;
+  for (std::size_t i = 0; i < steps.elements(); ++i) {
+    const Real s = steps.length[i];
+    spacing.elements.push_back({.length = static_cast<double>(s), .inverse = static_cast<double>(1 / s)});
+    if (i + 1 < steps.elements()) {
+      place += s;
+      spacing.nodes.push_back({.mass = static_cast<double>(steps.mass[i]),
+                               .inverse = static_cast<double>(1 / steps.mass[i]),
+                               .place = static_cast<double>(place)});
+    }
+  }
+  return spacing;
 }
 
 }  // namespace
@@ -211,17 +276,21 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
     : kind_{kind}, stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length} {
   const Real h = kind.element_length;
   const Real k = stiffness_;
+  const Steps steps{kind};
+  if (!kind.equal_elements()) {
+    spacing_ = spacing_of(steps);
+  }
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const std::size_t about = plane == 0 ? 2 : 1;  // the rotation that belongs to it
-    const Real bend = k * h * h * h / static_cast<Real>(section.bending(plane));
     const auto joint = [&](std::size_t end) { return k * h * h / static_cast<Real>(kind.joint[end][about]); };
-    bending_[plane] = factor({.element = {bend / 3 + k * h * section.shear_compliance(plane), bend / 2, bend},
+    bending_[plane] = factor({.steps = steps,
+                              .bend = k * h * h * h / static_cast<Real>(section.bending(plane)),
+                              .shear = k * h * section.shear_compliance(plane),
                               .first_joint = joint(0),
                               .second_joint = joint(1),
-                              .elements = kind.elements,
                               .open = part == Part::span});
   }
-  axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), kind.elements, part == Part::span);
+  axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), steps, part == Part::span);
   const double flexible = kind.element_length * static_cast<double>(kind.elements) / section.torsion();
   torsion_ = 1.0 / (flexible + 1.0 / kind.joint[0][0] + 1.0 / kind.joint[1][0]);
   if (kind.joint[0][0] == 0.0) {  // it follows the second end, between two hinges nothing
@@ -242,7 +311,8 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
 }
 
 std::size_t MemberTables::bytes() const noexcept {
-  std::size_t numbers = 2 * axial_.releases.size() + 2 * axial_.weights.size();
+  std::size_t numbers =
+      2 * axial_.releases.size() + 2 * axial_.weights.size() + 2 * spacing_.elements.size() + 3 * spacing_.nodes.size();
   for (const BendingTable& table : bending_) {
     numbers += 5 * table.gains.size() + 4 * table.weights.size();
   }

@@ -42,8 +42,8 @@ class Assembly {
     }
     return rows;
   }
-  [[nodiscard]] double element_length(std::size_t member) const {
-    return network_->kinds()[network_->kind(member)].element_length;
+  [[nodiscard]] const MemberKind& kind_of(std::size_t member) const {
+    return network_->kinds()[network_->kind(member)];
   }
   void add(PetscInt row, PetscInt column, double value) {
     if (value != 0.0) {
@@ -81,13 +81,13 @@ void Assembly::add_member(std::size_t number) {
   const MemberSection& section = given_->sections[member.section];
   const Axes& axes = network_->axes(number);
   constexpr std::array<bool, 6> kFree{};
-  const double length = element_length(number);
+  const MemberKind& kind = kind_of(number);
   FrameElement::Matrix matrix{};
   for (std::size_t element = 0; element < member.elements; ++element) {
     const bool first = element == 0;
     const bool last = element + 1 == member.elements;
-    if (element < 2 || last) {  // all between are alike
-      matrix = element_of(member, length, element).stiffness(section, axes);
+    if (element < 2 || last || !kind.equal_elements()) {  // all between are alike
+      matrix = element_of(member, kind.length(element), element).stiffness(section, axes);
     }
     const std::array<Freedoms, 2> rows{rows_of(network_->node(number, element)),
                                        rows_of(network_->node(number, element + 1))};
@@ -103,7 +103,7 @@ void Assembly::add_member(std::size_t number) {
   }
   // Between two hinges of torsion a member turns about its own axis.
   if (member.elements > 1 && member.ends[0].joint[0] == 0.0 && member.ends[1].joint[0] == 0.0) {
-    add_rotation(rows_of(network_->node(number, 1)), axes[0], section.torsion() / length);
+    add_rotation(rows_of(network_->node(number, 1)), axes[0], section.torsion() / kind.element_length);
   }
 }
 
@@ -112,10 +112,10 @@ void Assembly::add_junctions() {
   std::vector<std::array<double, 2>> scale(given_->junctions.size(), {0.0, 0.0});
   for (std::size_t number = 0; number < given_->members.size(); ++number) {
     const Member& member = given_->members[number];
-    for (const MemberEnd& end : member.ends) {
+    for (std::size_t end = 0; end < 2; ++end) {
       for (const std::size_t rotation : {0U, 1U}) {
-        scale[end.junction].at(rotation) +=
-            scale_of(given_->sections[member.section], element_length(number), rotation == 1);
+        scale[member.ends.at(end).junction].at(rotation) +=
+            scale_of(given_->sections[member.section], kind_of(number).end_length(end), rotation == 1);
       }
     }
   }

@@ -73,8 +73,8 @@ class Search {
   void hold_lines();
   void require_tied() const;
 
-  [[nodiscard]] double element_length(std::size_t member) const {
-    return network_->kinds()[network_->kind(member)].element_length;
+  [[nodiscard]] const MemberKind& kind_of(std::size_t member) const {
+    return network_->kinds()[network_->kind(member)];
   }
   /// Shares of a free rotation's axes in a twist.
   [[nodiscard]] std::vector<double> shares(const Twist& twist, std::size_t end) const {
@@ -105,7 +105,7 @@ void Search::find_unbent() {
     const MemberSection& section = given_->sections[member.section];
     for (std::size_t end = 0; end < 2; ++end) {
       const std::size_t junction = member.ends[end].junction;
-      FrameElement element = element_of(member, element_length(number), end == 0 ? 0 : member.elements - 1);
+      FrameElement element = element_of(member, kind_of(number).end_length(end), end == 0 ? 0 : member.elements - 1);
       element.twists = false;
       const FrameElement::Matrix matrix = element.stiffness(section, network_->axes(number));
       for (std::size_t i = 0; i < 9; ++i) {
@@ -132,7 +132,7 @@ void Search::find_unbent() {
 void Search::list_twists() {
   for (std::size_t number = 0; number < given_->members.size(); ++number) {
     const Member& member = given_->members[number];
-    const double length = static_cast<double>(member.elements) * element_length(number);
+    const double length = static_cast<double>(member.elements) * kind_of(number).element_length;
     const double stiffness =
         torsion_of(given_->sections[member.section], length, member.ends[0].joint[0], member.ends[1].joint[0]);
     if (stiffness > 0.0) {

@@ -24,10 +24,12 @@ double cost_of(const MemberCut& cut, std::size_t elements, std::size_t members) 
   return static_cast<double>(lanes) + kCutNodes * static_cast<double>(members * (cut.spans - 1));
 }
 
-MemberCut cut_of(std::size_t elements, std::size_t members) {
+MemberCut cut_of(const MemberPacks::Kind& kind) {
+  const std::size_t elements = kind.elements;
+  const std::size_t members = kind.members.size();
   const MemberCut whole{.length = elements, .spans = 1};
   MemberCut best = whole;
-  if (members == 0) {
+  if (members == 0 || !kind.equal) {
     return best;
   }
   double least = kWorth * cost_of(whole, elements, members);
@@ -48,9 +50,9 @@ MemberCut cut_of(std::size_t elements, std::size_t members) {
 }  // namespace
 
 MemberPacks::MemberPacks(std::span<const Kind> kinds, std::size_t members, std::size_t first) : standing_(members) {
-  for (const auto& [elements, own] : kinds) {
-    cuts_.push_back(cut_of(elements, own.size()));
-    for (const std::size_t member : own) {
+  for (const Kind& kind : kinds) {
+    cuts_.push_back(cut_of(kind));
+    for (const std::size_t member : kind.members) {
       standing_[member] = {.first_cut = first + cut_nodes_, .first_span = spans_.size()};
       spans_.resize(spans_.size() + cuts_.back().spans);
       cut_nodes_ += cuts_.back().spans - 1;
@@ -58,11 +60,11 @@ MemberPacks::MemberPacks(std::span<const Kind> kinds, std::size_t members, std::
   }
   std::size_t next = first + cut_nodes_;
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
-    const auto& [elements, own] = kinds[kind];
+    const std::size_t elements = kinds[kind].elements;
     const MemberCut& cut = cuts_[kind];
     std::vector<std::array<std::size_t, 2>> full;  // member, span
     std::vector<std::array<std::size_t, 2>> last;
-    for (const std::size_t member : own) {
+    for (const std::size_t member : kinds[kind].members) {
       for (std::size_t span = 0; span < cut.spans; ++span) {
         ((span + 1) * cut.length <= elements ? full : last).push_back({member, span});
       }

@@ -55,6 +55,14 @@ void give_shape(MemberSection& section, const MemberShape& shape, bool shear) {
   section.shear_factor = {shear ? planes[0].shear_coefficient : 0.0, shear ? planes[1].shear_coefficient : 0.0};
 }
 
+std::vector<double> graded_spacing(std::size_t elements, double ratio) {
+  std::vector<double> spacing;
+  for (std::size_t i = 0; elements > 1 && ratio != 1.0 && i < elements; ++i) {
+    spacing.push_back(std::pow(ratio, static_cast<double>(i) / static_cast<double>(elements - 1)));
+  }
+  return spacing;
+}
+
 NetworkParameters regular_network(const RegularNetwork& regular) {
   const auto& counts = regular.junctions;
   const std::array<std::size_t, 3> stride{1, counts[0], counts[0] * counts[1]};
@@ -80,6 +88,7 @@ NetworkParameters regular_network(const RegularNetwork& regular) {
         member.name = network.junctions[from].name + " to " + network.junctions[to].name;
         member.ends = {MemberEnd{.junction = from}, MemberEnd{.junction = to}};
         member.elements = regular.elements;
+        member.spacing = graded_spacing(regular.elements, regular.grading);
       }
     }
   }

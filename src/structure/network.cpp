@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -23,30 +25,53 @@
 namespace udar {
 namespace {
 
-/// Lengths of elements that differ by less, relative to them, are one.
+/// Lengths of elements that differ by less, relative to them, are one; unequal ones are differences of places.
 constexpr double kSameLength = 1e-12;
+constexpr double kSameUnequal = 1e-9;
 
 /// Finds the kind of a member, or makes one.
 class Kinds {
  public:
   explicit Kinds(std::vector<MemberKind>& kinds) : kinds_{&kinds} {}
 
-  std::size_t number_of(const MemberKind& kind) {
-    std::map<double, std::size_t>& lengths = alike_[{kind.section, kind.elements, kind.joint}];
-    const auto near = lengths.lower_bound(kind.element_length * (1.0 - kSameLength));
-    if (near != lengths.end() && near->first <= kind.element_length * (1.0 + kSameLength)) {
-      return near->second;
+  std::size_t number_of(MemberKind kind) {
+    std::multimap<double, std::size_t>& near = alike_[{kind.section, kind.elements, kind.joint}];
+    const double same = kind.equal_elements() ? kSameLength : kSameUnequal;
+    for (auto at = near.lower_bound(kind.element_length * (1.0 - same));
+         at != near.end() && at->first <= kind.element_length * (1.0 + same); ++at) {
+      if (equally_cut((*kinds_)[at->second], kind)) {
+        return at->second;
+      }
     }
-    lengths.emplace(kind.element_length, kinds_->size());
-    kinds_->push_back(kind);
+    near.emplace(kind.element_length, kinds_->size());
+    kinds_->push_back(std::move(kind));
     return kinds_->size() - 1;
   }
 
  private:
+  static bool equally_cut(const MemberKind& one, const MemberKind& other) {
+    return std::ranges::equal(one.lengths, other.lengths,
+                              [](double a, double b) { return std::abs(a - b) <= kSameUnequal * a; });
+  }
+
   std::vector<MemberKind>* kinds_;
-  std::map<std::tuple<std::size_t, std::size_t, std::array<std::array<double, 3>, 2>>, std::map<double, std::size_t>>
+  std::map<std::tuple<std::size_t, std::size_t, std::array<std::array<double, 3>, 2>>,
+           std::multimap<double, std::size_t>>
       alike_;
 };
+
+/// Of the elements of a member [m]; empty if they are equal.
+std::vector<double> lengths_of(const Member& member, double length) {
+  if (std::ranges::adjacent_find(member.spacing, std::not_equal_to{}) == member.spacing.end()) {
+    return {};
+  }
+  const double whole = std::accumulate(member.spacing.begin(), member.spacing.end(), 0.0);
+  std::vector<double> lengths = member.spacing;
+  for (double& element : lengths) {
+    element *= length / whole;
+  }
+  return lengths;
+}
 
 /// FNV-1a of the bits of numbers.
 class Checksum {
@@ -89,11 +114,14 @@ std::uint64_t checksum_of(const NetworkParameters& network) {
   for (const auto& [name, place, held, stiffness, mass] : junctions) {
     sum.add(place, held, stiffness, mass);
   }
-  for (const auto& [name, ends, section, elements, orientation] : members) {
+  for (const auto& [name, ends, section, elements, spacing, orientation] : members) {
     for (const auto& [junction, offset, joint] : ends) {
       sum.add(junction, offset, joint);
     }
     sum.add(section, elements, orientation);
+    for (const double length : spacing) {
+      sum.add(length);
+    }
   }
   return sum.value();
 }
@@ -108,10 +136,10 @@ std::vector<double> junction_masses(const Network& network) {
   }
   for (std::size_t number = 0; number < given.members.size(); ++number) {
     const Member& member = given.members[number];
-    const double half =
-        0.5 * network.kinds()[network.kind(number)].element_length * given.sections[member.section].mass_per_length();
-    for (const MemberEnd& end : member.ends) {
-      masses[end.junction] += half;
+    const MemberKind& kind = network.kinds()[network.kind(number)];
+    for (std::size_t end = 0; end < 2; ++end) {
+      masses[member.ends.at(end).junction] +=
+          0.5 * kind.end_length(end) * given.sections[member.section].mass_per_length();
     }
   }
   return masses;
@@ -123,6 +151,27 @@ NetworkParameters checked(NetworkParameters parameters) {
 }
 
 }  // namespace
+
+double MemberKind::shortest() const { return equal_elements() ? element_length : std::ranges::min(lengths); }
+
+double MemberKind::inner_length() const {
+  double length = equal_elements() ? element_length * static_cast<double>(elements - 1) : 0.0;
+  for (std::size_t i = 1; i < lengths.size(); ++i) {
+    length += node_length(i);
+  }
+  return length;
+}
+
+std::vector<double> MemberKind::node_shares() const {
+  std::vector<double> shares;
+  double before = 0.0;
+  for (std::size_t i = 1; i < elements; ++i) {
+    before += equal_elements() ? 0.0 : lengths[i - 1];
+    shares.push_back((equal_elements() ? static_cast<double>(i) : before / element_length) /
+                     static_cast<double>(elements));
+  }
+  return shares;
+}
 
 double MemberSection::tube_radius() const { return radius > 0.0 ? radius : std::sqrt(area / std::numbers::pi); }
 
@@ -152,11 +201,12 @@ void Network::sort_members() {
   Kinds kinds{kinds_};
   member_kinds_.reserve(parameters_.members.size());
   for (const Member& member : parameters_.members) {
-    member_kinds_.push_back(
-        kinds.number_of({.section = member.section,
-                         .elements = member.elements,
-                         .element_length = norm(span_of(parameters_, member)) / static_cast<double>(member.elements),
-                         .joint = {member.ends[0].joint, member.ends[1].joint}}));
+    const double length = norm(span_of(parameters_, member));
+    member_kinds_.push_back(kinds.number_of({.section = member.section,
+                                             .elements = member.elements,
+                                             .element_length = length / static_cast<double>(member.elements),
+                                             .joint = {member.ends[0].joint, member.ends[1].joint},
+                                             .lengths = lengths_of(member, length)}));
   }
 }
 
@@ -191,7 +241,7 @@ void Network::pack_members() {
   std::vector<MemberPacks::Kind> own;
   own.reserve(kinds_.size());
   for (const MemberKind& kind : kinds_) {
-    own.push_back({.elements = kind.elements});
+    own.push_back({.elements = kind.elements, .equal = kind.equal_elements()});
   }
   for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
     if (member_ranks_[member] == rank_) {
@@ -223,14 +273,15 @@ void Network::place_points() {
       continue;
     }
     const Member& member = parameters_.members[index];
-    const double of_element =
-        parameters_.sections[member.section].mass_per_length() * kinds_[member_kinds_[index]].element_length;
+    const MemberKind& kind = kinds_[member_kinds_[index]];
+    const double per_length = parameters_.sections[member.section].mass_per_length();
     const Place from = end_place(parameters_, member, 0);
     const Place span = span_of(parameters_, member);
+    const std::vector<double> shares = kind.node_shares();
     for (std::size_t i = 1; i < member.elements; ++i) {
       const std::size_t local = node(index, i).local;
-      mass[local] = of_element;
-      place[local] = from + (static_cast<double>(i) / static_cast<double>(member.elements)) * span;
+      mass[local] = per_length * kind.node_length(i);
+      place[local] = from + shares[i - 1] * span;
       number[local] = first_number[index] + static_cast<std::int64_t>(i) - 1;
     }
   }
@@ -322,7 +373,7 @@ double Network::largest_ratio() const {
   double largest = 0.0;
   for (const MemberKind& kind : kinds_) {
     const MemberSection& section = parameters_.sections[kind.section];
-    const double h = kind.element_length;
+    const double h = kind.shortest();
     double stiffness = section.axial() / h;
     for (std::size_t plane = 0; plane < 2; ++plane) {
       stiffness = std::max(stiffness,
@@ -343,7 +394,7 @@ double Network::highest_frequency() const {
   double highest = 0.0;
   for (const MemberKind& kind : kinds_) {
     const MemberSection& section = parameters_.sections[kind.section];
-    const double h = kind.element_length;
+    const double h = kind.shortest();
     const double bending = std::max(section.bending(0), section.bending(1));
     highest = std::max({highest, 2.0 / h * std::sqrt(section.axial() / section.mass_per_length()),
                         4.0 / (h * h) * std::sqrt(bending / section.mass_per_length())});
@@ -391,8 +442,7 @@ void Network::describe(Description& all) const {
   }
   for (std::size_t number = 0; number < parameters_.members.size(); ++number) {
     const MemberKind& kind = kinds_[member_kinds_[number]];
-    mass += parameters_.sections[kind.section].mass_per_length() * kind.element_length *
-            static_cast<double>(kind.elements - 1);
+    mass += parameters_.sections[kind.section].mass_per_length() * kind.inner_length();
   }
   all.add("structure", "network");
   all.add("junctions", static_cast<double>(parameters_.junctions.size()));

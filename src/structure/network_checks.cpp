@@ -114,6 +114,13 @@ void check(const NetworkParameters& network, const Member& member, double small)
   if (member.elements < 1) {
     refuse(name, "elements", std::to_string(member.elements), "a number >= 1");
   }
+  if (!member.spacing.empty() && member.spacing.size() != member.elements) {
+    refuse(name, "spacing", "of " + std::to_string(member.spacing.size()) + " elements",
+           "one of " + std::to_string(member.elements) + ", as many as it has");
+  }
+  for (const double length : member.spacing) {
+    require(name, "spacing", length, Range::above_zero, "of any unit");
+  }
   if (member.ends[0].junction == member.ends[1].junction) {
     throw InputError{"network " + name + ": both ends are at " +
                      name_of(network, network.junctions[member.ends[0].junction]) + ", expected two junctions"};

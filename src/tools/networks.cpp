@@ -33,12 +33,16 @@ constexpr std::array kStructures{NetShape{Regular::beam, "beam", {2, 1, 1}},
                                  NetShape{Regular::lattice_8, "lattice 8 x 8 x 8", {8, 8, 8}}};
 
 /// Steel, rectangles of 0.1 by 0.05 m.
-NetworkParameters network_of(const NetShape& kind, std::size_t elements, const NetworkBench& bench) {
+NetworkParameters network_of(const NetShape& kind, std::size_t elements, const NetworkBench& bench,
+                             double grading = 1.0) {
   MemberSection section{.name = "bar", .youngs_modulus = 2.1e11, .shear_modulus = 8.1e10, .density = 7850.0};
   give_shape(section, {.kind = MemberShape::Kind::rectangle, .width = 0.05, .height = 0.1}, false);
   const double length = bench.member_length;
-  NetworkParameters network = regular_network(
-      {.junctions = kind.junctions, .spacing = {length, length, length}, .elements = elements, .section = section});
+  NetworkParameters network = regular_network({.junctions = kind.junctions,
+                                               .spacing = {length, length, length},
+                                               .elements = elements,
+                                               .grading = grading,
+                                               .section = section});
   network.partition = bench.partition;
   return network;
 }
@@ -124,6 +128,10 @@ nlohmann::ordered_json measured_network(MPI_Comm comm, const NetShape& kind, std
   sample(comm, {&one, &four}, repeats);
   entry["nanoseconds_per_node"] = one.best() * 1e9 / nodes;
   entry["nanoseconds_per_node_of_four"] = four.best() * 1e9 / nodes / static_cast<double>(kColumns);
+  if (bench.grading != 1.0) {
+    Solved graded{comm, network_of(kind, elements, bench, bench.grading), filter_frequency, {}};
+    entry["graded_over_equal"] = beside(comm, members, graded, repeats);
+  }
   if (nodes <= static_cast<double>(bench.most)) {
     if (ranks == 1) {
       Solved cholmod{comm, parameters, filter_frequency, {{"-filter_pc_type", "cholesky"}}};

@@ -407,6 +407,8 @@ bench::NetworkBench read_networks(petsc::OptionGroup& group) {
                                 "network: equal members, one alone, along the sides of squares or cubes");
   group.integers("-bench_member_elements", elements, petsc::at_least(1), "network: elements of a member");
   group.real("-bench_member_length", networks.member_length, "m", petsc::positive(), "network: length of a member");
+  group.real("-bench_grading", networks.grading, "-", petsc::positive(),
+             "network: measures elements that grow so many times along a member, too; 1: equal ones alone");
   group.choice<NetworkPartition>("-bench_partition", networks.partition, kPartitions,
                                  "network: how junctions are dealt to the ranks, as -network_partition");
   group.integer("-bench_largest_frame", most, petsc::at_least(0),

@@ -25,13 +25,14 @@ def bench(*arguments, ranks=1):
 class Network(unittest.TestCase):
     def test_members_are_faster_than_the_assembled_frame(self):
         result = bench("-bench_kind", "network", "-bench_repeats", "2", "-bench_networks", "grillage-10",
-                       "-bench_largest_frame", "3000")
+                       "-bench_largest_frame", "3000", "-bench_grading", "4")
         self.assertEqual(result.returncode, 0, result.stderr)
         entries = json.loads(result.stdout)
         self.assertEqual([entry["elements"] for entry in entries], [4, 16, 64])
         for entry in entries:
             self.assertEqual(entry["nodes"], 100 + 180 * (entry["elements"] - 1))
             self.assertGreater(entry["nanoseconds_per_node"], 0.0)
+            self.assertGreater(entry["graded_over_equal"]["one_column"], 0.0)
             self.assertEqual("cholmod_over_members" in entry, entry["nodes"] <= 3000)
         for entry in entries[:2]:
             for other in ("cholmod_over_members", "mumps_over_members"):

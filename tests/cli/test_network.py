@@ -54,7 +54,8 @@ class Mesh:
 
     names = {(0, 1): "feet", (0, 2): "middle", (1, 1): "posts", (1, 2): "beams"}
 
-    def __init__(self):
+    def __init__(self, grading=1.0):
+        """Elements grow so many times along each curve."""
         corners = {1: (0, 0, 0), 2: (4, 0, 0), 3: (0, 3, 0), 4: (4, 3, 0), 5: (2, 3, 0)}
         curves = {1: (1, 3, 6, 1), 2: (2, 4, 6, 1), 3: (3, 5, 4, 2), 4: (5, 4, 4, 2)}  # from, to, elements, group
         self.corner_group = {1: 1, 2: 1, 3: 0, 4: 0, 5: 2}
@@ -63,9 +64,10 @@ class Mesh:
         self.inner = {}
         for curve, (begin, end, elements, group) in curves.items():
             chain = [begin]
-            for i in range(1, elements):
+            sizes = grading ** (np.arange(elements) / (elements - 1))
+            for at in (np.cumsum(sizes) / sizes.sum())[:-1]:
                 self.nodes[len(self.nodes) + 1] = tuple(
-                    a + (b - a) * i / elements for a, b in zip(corners[begin], corners[end]))
+                    a + (b - a) * float(at) for a, b in zip(corners[begin], corners[end]))
                 chain.append(len(self.nodes))
             self.inner[curve] = chain[1:]
             chain.append(end)
@@ -179,15 +181,80 @@ class Sources(NetworkTest):
         groups = self.write("groups.yaml", GROUPS)
         frame = self.view("yaml", network_file=self.write("frame.yaml", FRAME))
         self.assertIn("5 4 20", re.search(r"junctions, members, elements.*", frame.out).group())
-        expected = re.findall(r"^ +\d+ +([0-9.]+) ", frame.out, re.MULTILINE)
+        expected = self.modes(frame)
         self.assertGreater(len(expected), 5)
         for name, data in (("two", mesh.version_2()), ("four", mesh.version_4()), ("bytes", mesh.version_4_binary())):
             found = self.view(name, network_file=self.write(f"{name}.msh", data), network_groups=groups)
             self.assertEqual(self.described(found), self.described(frame), name)
-            rows = re.findall(r"^ +\d+ +([0-9.]+) ", found.out, re.MULTILINE)
-            np.testing.assert_allclose(np.array(rows, float), np.array(expected, float), rtol=1e-4, err_msg=name)
+            np.testing.assert_allclose(self.modes(found), expected, rtol=1e-4, err_msg=name)
         named = self.write("mesh.yaml", "mesh: two.msh\n" + GROUPS)  # beside this file
         self.assertEqual(self.described(self.view("named", network_file=named)), self.described(frame))
+
+    def test_graded_elements_are_the_same_from_everywhere(self):
+        graded = (FRAME.replace("elements: 6", "elements: 6, grading: 4")
+                  .replace("element_length: 0.5", "elements: 4, grading: 4"))
+        sizes = 4 ** (np.arange(4) / 3)
+        listed = ", ".join(f"{size:.9g}" for size in 2 * sizes / sizes.sum())
+        equal = self.view("equal", network_file=self.write("equal.yaml", FRAME))
+        frame = self.view("graded", network_file=self.write("graded.yaml", graded))
+        described = re.compile(r"(members of unequal elements|shortest element \[m\]) +(\S+)")
+        self.assertEqual(dict(described.findall(equal.out)), {
+            "members of unequal elements": "0", "shortest element [m]": "0.5"})
+        found = dict(described.findall(frame.out))
+        self.assertEqual(found["members of unequal elements"], "4")
+        sizes = 4 ** (np.arange(6) / 5)
+        self.assertAlmostEqual(float(found["shortest element [m]"]), min(2 / np.sum(4 ** (np.arange(4) / 3)),
+                                                                         3 / sizes.sum()), delta=1e-4)
+        lists = graded.replace("section: beam, elements: 4, grading: 4", f"section: beam, element_lengths: [{listed}]")
+        self.assertIn("element_lengths", lists)
+        groups = self.write("groups.yaml", GROUPS)
+        mesh = Mesh(grading=4)
+        for name, options in (
+            ("lists", {"network_file": self.write("lists.yaml", lists)}),
+            ("two", {"network_file": self.write("two.msh", mesh.version_2()), "network_groups": groups}),
+            ("bytes", {"network_file": self.write("bytes.msh", mesh.version_4_binary()), "network_groups": groups}),
+        ):
+            other = self.view(name, **options)
+            self.assertEqual(self.described(other), self.described(frame), name)
+            self.assertEqual(dict(described.findall(other.out)), found, name)
+            np.testing.assert_allclose(self.modes(other), self.modes(frame), rtol=1e-6, err_msg=name)
+        self.assertGreater(np.abs(self.modes(equal) / self.modes(frame) - 1).max(), 1e-3)
+
+    @staticmethod
+    def modes(shown):
+        rows = re.findall(r"^ +\d+ +([0-9.]+) ", shown.out, re.MULTILINE)
+        return np.array(rows, float)
+
+    def test_equal_elements_of_two_lengths_are_two_members(self):
+        """Along one line: 4 equal ones, 3 equal ones of half the length, then graded ones, then a named point."""
+        sizes = [1.0] * 4 + [0.5] * 3 + [0.6, 0.8, 1.1]
+        places = np.concatenate([[0.0], np.cumsum(sizes)])
+        nodes = [f"{i} {x!r} 0 0" for i, x in enumerate(map(float, places), 1)]
+        lines = [f"{i} 1 2 1 1 {i} {i + 1}" for i in range(1, len(nodes))]
+        mesh = "\n".join(["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", "1", '1 1 "beams"',
+                          "$EndPhysicalNames", "$Nodes", str(len(nodes)), *nodes, "$EndNodes", "$Elements",
+                          str(len(lines)), *lines, "$EndElements", ""])
+        groups = self.write("groups.yaml", GROUPS.split("groups:")[0] + "groups:\n  - {name: beams, section: beam}\n")
+        shown = self.view("line", network_file=self.write("line.msh", mesh), network_groups=groups,
+                          support_height=-1)
+        # The last of the equal ones meets a longer one: no row of equal ones begins there.
+        self.assertIn("3 2 10", re.search(r"junctions, members, elements.*", shown.out).group())
+        self.assertEqual(re.search(r"members of unequal elements +(\S+)", shown.out).group(1), "1")
+
+    def test_graded_elements_keep_energy_and_answer_alike_on_two_ranks(self):
+        text = FRAME.replace(", held: pinned", ", mass: 1").replace("elements: 6", "elements: 6, grading: 0.25")
+        path = self.write("frame.yaml", text.replace("element_length: 0.5", "element_lengths: [0.2, 0.5, 0.9, 0.4]"))
+        options = {**RUN, "network_file": path, "support_position": None, "support_height": None, "floor": True,
+                   "initial_height": 0.001, "initial_slope": 0.0002, "ts_max_time": 0.03, "ts_type": "rk",
+                   "ts_rtol": 1e-11, "gauge_junction": "left knee"}
+        alone, dealt = (self.run_case(options, ranks, name=f"np{ranks}") for ranks in (1, 2))
+        self.assertGreater(alone.summary()["impacts"], 0)
+        energy = alone.csv("energy.csv")
+        self.assertGreater(np.abs(energy["line_strain"]).max(), 1e-3 * np.abs(energy["kinetic"]).max())
+        self.assertLess(np.abs(energy["drift"]).max(), 1e-9)
+        one, two = (of.csv("gauges.csv") for of in (alone, dealt))
+        for column in ("mass_0", "line_0", "velocity_0"):
+            self.assertLess(np.abs(one[column] - two[column]).max(), 1e-9, column)
 
     @staticmethod
     def described(shown):
@@ -243,6 +310,14 @@ class Refusals(NetworkTest):
             (", element_length: 0.5", "", ["line 13 column", "'left beam'", "elements", "element_length"]),
             ("element_length: 0.5", "elements: 0", ["line 18 column", "elements", "'0'", ">= 1"]),
             ("element_length: 0.5", "element_length: 0.5, elements: 3", ["line 18", "expected one of them"]),
+            ("element_length: 0.5", "element_lengths: 0.5", ["line 18", "element_lengths", "a list of numbers", "[m]"]),
+            ("element_length: 0.5", "element_lengths: []", ["line 18", "element_lengths", "a list of numbers"]),
+            ("element_length: 0.5", "element_lengths: [1, -1]", ["line 18", "element_lengths", "'-1'", "> 0", "[m]"]),
+            ("element_length: 0.5", "element_lengths: [1, 0.9]", ["line 18", "'left beam'", "sum of 1.9 m", "of 2 m"]),
+            ("element_length: 0.5", "elements: 2, element_lengths: [1, 1]", ["line 18", "expected one of them"]),
+            ("element_length: 0.5", "element_length: 0.5, grading: 2", ["line 18", "grading needs elements"]),
+            ("element_length: 0.5", "elements: 1, grading: 2", ["line 18", "grading needs elements", ">= 2"]),
+            ("element_length: 0.5", "elements: 3, grading: 0", ["line 18", "grading", "'0'", "> 0"]),
             ("held: pinned", "held: [ux, tx]", ["line 16 column", "held", "'tx'", "clamped"]),
             ("held: pinned", "held: pinned, mass: 1, mass: 2", ["line 16 column", "'mass' again"]),
             ("inner_radius: 0.09", "inner_radius: 0.11", ["line 2 column", "inner_radius", "smaller"]),
@@ -316,6 +391,8 @@ class Refusals(NetworkTest):
             (["-structure_type", "-network_file", "0 given"], {}),
             (["-structure_type", "2 given"], {"network_file": path, "network_grillage": "3,3"}),
             (["-network_file", "-network_groups"], {"network_file": path, "network_elements": 3}),
+            (["-network_file", "-network_groups"], {"network_file": path, "network_grading": 2}),
+            (["-network_grading", "0", "> 0"], {"network_grillage": "3,3", "network_grading": 0}),
             (["-network_groups", "frame.msh"], {"network_file": mesh}),
             (["-network_groups", ".msh"], {"network_file": path, "network_groups": path}),
             (["-network_file", ".yaml, .yml or .msh"], {"network_file": self.scratch / "frame.inp"}),

@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -22,10 +23,12 @@
 #include "udar/filter/pc_network.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/member_shape.hpp"
 
 namespace udar {
 namespace {
 
+using test::jagged_spacing;
 using test::junction_at;
 using test::member_between;
 using test::small_house;
@@ -74,8 +77,12 @@ std::vector<Place> places_of(const NetworkParameters& given) {
   for (const Member& member : given.members) {
     const Place& a = given.junctions[member.ends[0].junction].place;
     const Place& b = given.junctions[member.ends[1].junction].place;
+    const std::vector<double> equal(member.elements, 1.0);
+    const std::vector<double>& spacing = member.spacing.empty() ? equal : member.spacing;
+    const double whole = std::accumulate(spacing.begin(), spacing.end(), 0.0);
+    double s = 0.0;
     for (std::size_t i = 1; i < member.elements; ++i) {
-      const double s = static_cast<double>(i) / static_cast<double>(member.elements);
+      s += spacing[i - 1] / whole;
       places.push_back({a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), a.z + s * (b.z - a.z)});
     }
   }
@@ -167,14 +174,13 @@ void expect_exact(const NetworkParameters& given, double wf, bool far, double fo
   const Answer answer = solved(Network{PETSC_COMM_WORLD, given}, wf, motion);
   EXPECT_LE(largest_difference(answer.stretch, stretch), tolerance * largest(stretch));
   // Rotations are displacements over an element, which are known to half a unit in the last place.
-  std::size_t elements = 1;
-  for (const Member& member : given.members) {
-    elements = std::max(elements, member.elements);
+  double shortest = 1.0;
+  for (const MemberKind& kind : alone.kinds()) {
+    shortest = std::min(shortest, kind.shortest());
   }
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-  EXPECT_LE(
-      largest_difference(answer.rotation, rotation),
-      tolerance * largest(rotation) + 2.0 * kEpsilon * static_cast<double>(elements) * largest(motion.displacement));
+  EXPECT_LE(largest_difference(answer.rotation, rotation),
+            tolerance * largest(rotation) + 2.0 * kEpsilon / shortest * largest(motion.displacement));
 }
 
 TEST(NetworkSolver, IsExactWhateverTheMeshAndFilter) {
@@ -216,6 +222,44 @@ TEST(NetworkSolver, TakesJointsArmsSpringsMassesAndLoads) {
   }
 }
 
+/// Graded by 1 to 4 and 30 to 1, and jagged, beside equal ones.
+TEST(NetworkSolver, IsExactWithUnequalElements) {
+  for (const std::size_t elements : {2U, 3U, 16U, 64U, 256U}) {
+    NetworkParameters cube = lattice({2, 2, 2}, elements);
+    for (std::size_t m = 0; m < cube.members.size(); ++m) {
+      cube.members[m].spacing = m % 4 == 0   ? std::vector<double>{}
+                                : m % 4 == 1 ? graded_spacing(elements, 4.0)
+                                : m % 4 == 2 ? graded_spacing(elements, 1.0 / 30.0)
+                                             : jagged_spacing(elements);
+    }
+    EXPECT_EQ(Network(PETSC_COMM_SELF, cube).kinds().size(), 4U);
+    for (const bool far : {false, true}) {
+      SCOPED_TRACE(std::to_string(elements) + " elements" + (far ? ", far" : ""));
+      expect_exact(cube, 30.0, far, 0.0, 1e-10);
+      expect_exact(cube, 300.0, far, 1.0, 1e-12);
+      expect_exact(cube, 3000.0, far, 0.0, far ? 2e-13 : 1e-14);
+    }
+  }
+}
+
+/// The small house with jagged members, and whatever there is at its junctions.
+NetworkParameters jagged_house() {
+  NetworkParameters house = small_house(kTurn);
+  house.junctions[0].held = {true, false, true, false, true, false};
+  house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
+  for (Member& member : house.members) {
+    member.elements += 2;
+    member.spacing = jagged_spacing(member.elements);
+  }
+  return house;
+}
+
+TEST(NetworkSolver, TakesJointsAndArmsWithUnequalElements) {
+  for (const bool far : {false, true}) {
+    expect_exact(jagged_house(), 300.0, far, 50.0, 1e-12);
+  }
+}
+
 /// Members that are cut into spans, equal ones and a shorter last one, with everything at their ends and forces within;
 /// spans much shorter than forces reach.
 TEST(NetworkSolver, CutsLongMembersWithoutLosingDigits) {
@@ -249,7 +293,8 @@ TEST(NetworkSolver, CarriesCollinearMembersThatAreFree) {
 }
 
 TEST(NetworkSolver, LeavesATranslationAlone) {
-  const NetworkParameters net = lattice({3, 2, 2}, 7);
+  NetworkParameters net = lattice({3, 2, 2}, 7);
+  net.members[2].spacing = jagged_spacing(7);
   NodeMotion motion = smooth_motion(net, false, 0.0);
   for (std::size_t i = 0; i < motion.displacement.size(); ++i) {
     motion.displacement[i] = std::array{1.1, -0.7, 3.3}.at(i % 3);
@@ -302,11 +347,53 @@ TEST(NetworkSolver, OfOneMemberIsTheChain) {
   }
 }
 
+/// Of unequal elements it is the chain with a segment for each.
+TEST(NetworkSolver, OfOneGradedMemberIsTheChainOfItsElements) {
+  constexpr std::size_t kElements = 48;
+  constexpr double kLength = 10.0;
+  NetworkParameters given = test::turned_beam(kLength, kElements, {}, test::round_section());
+  given.members[0].spacing = graded_spacing(kElements, 5.0);
+  const Network network{PETSC_COMM_SELF, given};
+  BeamParameters segments = test::steel_beam(1);
+  for (const double length : network.kinds()[0].lengths) {
+    segments.segments.push_back(segments.segments.front());
+    segments.segments.back().length = length;
+  }
+  segments.segments.erase(segments.segments.begin());
+  const BeamChain beam{PETSC_COMM_SELF, segments};
+  FilteredStructure chain{beam, {.filter_frequency = 100.0}};
+  FilteredStructure line{network, {.filter_frequency = 100.0, .check_interval = 1}};
+  std::vector<double> displacement(kElements + 1);
+  std::vector<double> force(kElements + 1);
+  for (std::size_t i = 0; i < displacement.size(); ++i) {
+    const double x = beam.points().place(i).x;
+    displacement[i] = 0.01 * std::sin(0.9 * x) + 0.02 * x;
+    force[i] = 300.0 * std::cos(0.4 * x);
+  }
+  std::vector<double> expected(displacement.size());
+  chain.solve(displacement, force, expected, {});
+  std::vector<double> by_node(3 * displacement.size(), 0.0);
+  std::vector<double> force_by_node(by_node.size(), 0.0);
+  const auto node_of = [](std::size_t number) {  // junctions come first
+    return number == 0 ? 0 : number == 1 ? kElements : number - 1;
+  };
+  for (std::size_t number = 0; number < displacement.size(); ++number) {
+    by_node[3 * number + 1] = displacement[node_of(number)];
+    force_by_node[3 * number + 1] = force[node_of(number)];
+  }
+  std::vector<double> stretch(by_node.size());
+  line.solve(dealt(network, by_node), dealt(network, force_by_node), stretch, {});
+  for (std::size_t point = 0; point < stretch.size(); ++point) {
+    const auto number = static_cast<std::size_t>(network.points().number(point));
+    const std::size_t node = node_of(number / 3);
+    EXPECT_NEAR(network.points().place(point).x, beam.points().place(node).x, 1e-14 * kLength);
+    EXPECT_NEAR(network.points().mass()[point], beam.points().mass()[node], 1e-13 * beam.points().mass()[node]);
+    EXPECT_NEAR(stretch[point], number % 3 == 1 ? expected[node] : 0.0, 1e-12 * largest(expected)) << number;
+  }
+}
+
 /// As a preconditioner it is the inverse of the assembled frame, whatever the right-hand side, moments included.
-TEST(NetworkSolver, InvertsTheAssembledFrame) {
-  NetworkParameters house = small_house(kTurn);
-  house.junctions[0].held = {true, false, true, false, true, false};
-  house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
+void expect_inverse(const NetworkParameters& house) {
   const Network network{PETSC_COMM_WORLD, house};
   NetworkOperator frame{network, 300.0};
   petsc::LinearSolver solver;
@@ -339,12 +426,16 @@ TEST(NetworkSolver, InvertsTheAssembledFrame) {
   EXPECT_LE(wrong, 1e-12 * frame.norm() * size);
 }
 
-/// The product by elements is that of the assembled frame, of whatever there is; right-hand sides and a bound, too.
-TEST(NetworkOperator, IsTheAssembledFrame) {
+TEST(NetworkSolver, InvertsTheAssembledFrame) {
   NetworkParameters house = small_house(kTurn);
   house.junctions[0].held = {true, false, true, false, true, false};
   house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
-  house.junctions[4].stiffness = {0.0, 3e6, 0.0, 1e4, 0.0, 0.0};
+  expect_inverse(house);
+  expect_inverse(jagged_house());
+}
+
+/// The product by elements is that of the assembled frame, of whatever there is; right-hand sides and a bound, too.
+void expect_product(const NetworkParameters& house) {
   const Network network{PETSC_COMM_WORLD, house};
   NetworkOperator frame{network, 300.0};
   petsc::Vector given;
@@ -397,9 +488,21 @@ TEST(NetworkOperator, IsTheAssembledFrame) {
   EXPECT_LE(wrong, 1e-13 * size);
 }
 
+TEST(NetworkOperator, IsTheAssembledFrame) {
+  NetworkParameters house = small_house(kTurn);
+  house.junctions[0].held = {true, false, true, false, true, false};
+  house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
+  house.junctions[4].stiffness = {0.0, 3e6, 0.0, 1e4, 0.0, 0.0};
+  expect_product(house);
+  expect_product(jagged_house());
+}
+
 /// Energy and forces of a stretched and bent net, and what the filter's check says of it.
 TEST(NetworkSolver, PassesTheResidualCheckAndTheBalanceOfForces) {
-  const NetworkParameters net = lattice({3, 3, 2}, 6);
+  NetworkParameters net = lattice({3, 3, 2}, 6);
+  for (std::size_t m = 0; m < net.members.size(); m += 2) {
+    net.members[m].spacing = graded_spacing(6, 3.0);
+  }
   const Network network{PETSC_COMM_WORLD, net};
   FilteredStructure line{network, {.filter_frequency = 200.0, .check_interval = 1}};
   const NodeMotion motion = smooth_motion(net, false, 0.0);

@@ -303,17 +303,19 @@ Chain chain_of(const Network& network, std::size_t number, const MemberKind& kin
                const std::vector<double>& u, const std::vector<double>& force) {
   const Member& member = network.parameters().members[number];
   const MemberSection& section = network.parameters().sections[member.section];
-  const Matrix12 plain = element_matrix(section, kind.element_length);
   const Axes& axes = network.axes(number);
   const auto node_of = [&](std::size_t i) {
     return i == 0 ? member.ends[0].junction : i == kind.elements ? member.ends[1].junction : first_node + i - 1;
   };
   Chain chain;
   chain.loads.resize(kind.elements - 1);
-  chain.grounds.assign(kind.elements - 1, Quad{wf2 * section.mass_per_length() * kind.element_length});
+  for (std::size_t i = 1; i < kind.elements; ++i) {
+    const Quad both = Quad{kind.length(i - 1)} + kind.length(i);
+    chain.grounds.push_back(Quad{wf2} * section.mass_per_length() * both / 2);
+  }
   std::array<Vector6, 2> on_ends{};
   for (std::size_t e = 0; e < kind.elements; ++e) {
-    chain.elements.push_back(element_of(member, kind, plain, axes, e));
+    chain.elements.push_back(element_of(member, kind, element_matrix(section, kind.length(e)), axes, e));
     // A translation pushes nothing, so the first node's displacement may be taken off: what is left is small.
     for (std::size_t row = 0; row < 12; ++row) {
       Quad pushed = 0;

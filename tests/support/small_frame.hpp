@@ -66,6 +66,15 @@ struct Turn {
   }
 };
 
+/// Lengths of elements that differ up to eight times, in no order.
+inline std::vector<double> jagged_spacing(std::size_t elements) {
+  std::vector<double> spacing;
+  for (std::size_t i = 0; i < elements; ++i) {
+    spacing.push_back(std::exp2(1.5 * std::sin(2.4 * static_cast<double>(i))));
+  }
+  return spacing;
+}
+
 /// One member from the origin along a turned x axis, its y axis along the turned y axis.
 inline NetworkParameters turned_beam(double length, std::size_t elements, const Turn& turn = {},
                                      const MemberSection& section = steel_section()) {

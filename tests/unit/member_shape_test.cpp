@@ -52,9 +52,21 @@ TEST(MemberShape, RoundSectionsTwistByTheirPolarInertia) {
   EXPECT_NEAR(section.torsion_constant, std::numbers::pi / 2.0 * 1e-4, 1e-18);
 }
 
+TEST(GradedSpacing, IsAGeometricProgression) {
+  EXPECT_TRUE(graded_spacing(5, 1.0).empty());
+  EXPECT_TRUE(graded_spacing(1, 3.0).empty());
+  const std::vector<double> spacing = graded_spacing(4, 8.0);
+  ASSERT_EQ(spacing.size(), 4U);
+  for (std::size_t i = 0; i < spacing.size(); ++i) {
+    EXPECT_NEAR(spacing[i], std::exp2(static_cast<double>(i)), 1e-14);
+  }
+}
+
 TEST(RegularNetwork, JoinsNeighboursAlongTheAxes) {
   const NetworkParameters network =
       regular_network({.junctions = {3, 1, 2}, .spacing = {2.0, 1.0, 0.5}, .elements = 4, .section = steel()});
+  EXPECT_EQ(regular_network({.junctions = {2, 1, 1}, .elements = 3, .grading = 4.0}).members[0].spacing,
+            graded_spacing(3, 4.0));
   ASSERT_EQ(network.junctions.size(), 6U);
   ASSERT_EQ(network.members.size(), 2U * 2U + 3U);
   EXPECT_EQ(network.junctions.back().name, "2 0 1");
@@ -67,6 +79,7 @@ TEST(RegularNetwork, JoinsNeighboursAlongTheAxes) {
     const double along_z = to.z - from.z;
     EXPECT_TRUE((along_x == 2.0 && along_z == 0.0) || (along_x == 0.0 && along_z == 0.5)) << member.name;
     EXPECT_EQ(member.elements, 4U);
+    EXPECT_TRUE(member.spacing.empty());
   }
 }
 

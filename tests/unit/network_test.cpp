@@ -20,6 +20,7 @@
 #include "udar/filter/modes.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/member_shape.hpp"
 
 namespace udar {
 namespace {
@@ -284,6 +285,37 @@ TEST(Network, FrequenciesConvergeWithTheMesh) {
   EXPECT_LT(fine, coarse / 3.9);
 }
 
+/// Of graded elements, too: a clamped beam in both planes, a bar with one free end.
+TEST(Network, FrequenciesOfGradedElementsConverge) {
+  const MemberSection section = steel_section();
+  const double bend = std::pow(4.7300407448627038 / kLength, 2.0);
+  std::vector<double> expected;
+  for (const std::size_t plane : {0U, 1U}) {
+    expected.push_back(bend * std::sqrt(section.bending(plane) / section.mass_per_length()));
+  }
+  expected.push_back(0.5 * std::numbers::pi / kLength * std::sqrt(section.axial() / section.mass_per_length()));
+  std::ranges::sort(expected);
+  const auto errors = [&](std::size_t elements) {
+    NetworkParameters beam = turned_beam(kLength, elements);
+    beam.members[0].spacing = graded_spacing(elements, 4.0);
+    beam.junctions[0].held.fill(true);
+    beam.junctions[1].held = {false, true, true, true, true, true};
+    const std::vector<double> found = frequencies(beam, 10);
+    std::vector<double> off;
+    for (const double frequency : expected) {  // others lie between
+      const double near = *std::ranges::min_element(found, {}, [&](double w) { return std::abs(w - frequency); });
+      off.push_back(std::abs(near / frequency - 1.0));
+    }
+    return off;
+  };
+  const std::vector<double> coarse = errors(24);
+  const std::vector<double> fine = errors(48);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_LT(coarse[i], 0.01) << i;
+    EXPECT_LT(fine[i], coarse[i] / 3.8) << i;
+  }
+}
+
 /// A straight beam along x, one member or four: whatever it falls on, it moves as the beam does.
 TEST(Network, FallsAsTheBeamDoes) {
   const test::Option end{"-ts_max_time", "0.55"};
@@ -483,6 +515,9 @@ TEST(Network, RefusesBadMembersByName) {
        "network member 1 (counted from 0), section: 2 is not allowed, expected a number below 2"},
       {[](auto& n) { n.members[1].ends[1].junction = 8; }, "junction: 8 is not allowed, expected a number below 8"},
       {[](auto& n) { n.members[1].elements = 0; }, "elements: 0 is not allowed, expected a number >= 1"},
+      {[](auto& n) { n.members[1].spacing = {1.0, 2.0}; },
+       "network member 1 (counted from 0), spacing: of 2 elements is not allowed, expected one of 3"},
+      {[](auto& n) { n.members[1].spacing = {1.0, 0.0, 2.0}; }, "spacing: 0 is not allowed, expected a number > 0"},
       {[](auto& n) { n.members[1].ends[1].junction = n.members[1].ends[0].junction; },
        "both ends are at junction 'j4', expected two junctions"},
       {[](auto& n) { n.members[1].ends[0].joint[2] = -1.0; },
@@ -538,23 +573,60 @@ TEST(Network, SortsMembersByKind) {
   EXPECT_EQ(Network(PETSC_COMM_WORLD, row).kinds().size(), 3U);
 }
 
+/// Unequal elements share the member's length; half of each goes to the nodes at its ends.
+TEST(Network, TakesUnequalElements) {
+  NetworkParameters row{.sections = {steel_section()}, .junctions = {{}}, .members = {}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    row.junctions.push_back(test::junction_at({.x = 0.7 * static_cast<double>(i + 1)}));
+    row.members.push_back(member_between(i, i + 1, 3));
+  }
+  row.members[0].spacing = {1.0, 2.0, 4.0};
+  row.members[1].spacing = {0.1, 0.2, 0.4};
+  row.members[2].spacing = {4.0, 2.0, 1.0};
+  row.members[3].spacing = {3.0, 3.0, 3.0};
+  const Network network{PETSC_COMM_WORLD, row};
+  EXPECT_EQ(network.kinds().size(), 3U);
+  EXPECT_EQ(network.kind(0), network.kind(1));
+  EXPECT_TRUE(network.kinds()[network.kind(3)].equal_elements());
+  const double per_length = row.sections[0].mass_per_length();
+  const auto expect = [&](const Network::Node& node, double x, double length) {
+    const auto point = static_cast<std::size_t>(network.point(node, 1));
+    EXPECT_NEAR(network.points().place(point).x, x, 1e-15);
+    EXPECT_NEAR(network.points().mass()[point], length * per_length, 1e-14 * per_length);
+  };
+  expect(network.node(0, 0), 0.0, 0.05);
+  expect(network.node(0, 1), 0.1, 0.15);
+  expect(network.node(0, 2), 0.3, 0.3);
+  expect(network.node(1, 0), 0.7, 0.25);
+  expect(network.node(1, 1), 0.8, 0.15);
+  expect(network.node(2, 0), 1.4, 0.4);
+  expect(network.node(2, 2), 2.0, 0.15);
+  EXPECT_NEAR(network.points().total_mass(), 2.8 * per_length, 1e-13 * per_length);
+  const double ratio = 24.0 * row.sections[0].bending(0) / (per_length * std::pow(0.1, 4.0));  // of the shortest
+  EXPECT_NEAR(network.largest_ratio(), ratio, 1e-12 * ratio);
+}
+
 /// Few members are cut; every inner node stands somewhere, and no two at one place.
 TEST(MemberPacks, GiveEachInnerNodeItsPlace) {
-  const std::vector<MemberPacks::Kind> kinds{
-      {.elements = 5, .members = {0, 2}}, {.elements = 1003, .members = {1, 5, 7}},
-      {.elements = 1, .members = {3}},    {.elements = 100, .members = {}},
-      {.elements = 64, .members = {4}},   {.elements = 30000, .members = {6}}};
+  const std::vector<MemberPacks::Kind> kinds{{.elements = 5, .members = {0, 2}},
+                                             {.elements = 1003, .members = {1, 5, 7}},
+                                             {.elements = 1, .members = {3}},
+                                             {.elements = 100, .members = {}},
+                                             {.elements = 64, .members = {4}},
+                                             {.elements = 30000, .members = {6}},
+                                             {.elements = 900, .members = {8}, .equal = false}};
   constexpr std::size_t kFirst = 9;
-  const MemberPacks packs{kinds, 8, kFirst};
+  const MemberPacks packs{kinds, 9, kFirst};
   EXPECT_EQ(packs.cut(0).spans, 1U);
   EXPECT_EQ(packs.cut(3).spans, 1U);
   EXPECT_GT(packs.cut(1).spans, 2U);
   EXPECT_EQ(packs.cut(4).spans, 2U);
   EXPECT_EQ(packs.cut(5).length, 30000U / 8);
+  EXPECT_EQ(packs.cut(6).spans, 1U);
   std::vector<std::size_t> places;
   std::size_t cut_nodes = 0;
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
-    const auto& [elements, members] = kinds[kind];
+    const auto& [elements, members, equal] = kinds[kind];
     const MemberCut& cut = packs.cut(kind);
     EXPECT_LT((cut.spans - 1) * cut.length, elements);
     EXPECT_GE(cut.spans * cut.length, elements);

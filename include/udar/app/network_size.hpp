@@ -14,7 +14,9 @@ struct NetworkSize {
   std::size_t junctions = 0;
   std::size_t members = 0;
   std::size_t elements = 0;
-  std::string extent;  ///< "x 0 to 5 m, y 0 to 0 m, z -1 to 2 m", of the junctions
+  std::size_t unequal = 0;  ///< members of unequal elements
+  double shortest = 0.0;    ///< element [m]
+  std::string extent;       ///< "x 0 to 5 m, y 0 to 0 m, z -1 to 2 m", of the junctions
 };
 
 /// @note Not collective.

@@ -11,19 +11,34 @@
 
 namespace udar::network {
 
+/// @brief Unequal elements: h is their mean length, and K = wf^2 m that of a node between two elements of length h.
+struct Spacing {
+  struct Element {
+    double length;   // over h
+    double inverse;  // h over it
+  };
+  struct Node {
+    double mass;     // over m
+    double inverse;  // m over it
+    double place;    // from the first end, over h
+  };
+  std::vector<Element> elements;  ///< empty if they are equal
+  std::vector<Node> nodes;        ///< between them
+};
+
 /// @brief A bending plane of a member: states (w, h theta) at its ends in units of displacement, forces over K = wf^2 m
 /// of an inner node, moments over K h.
 struct BendingTable {
   struct Gain {
-    double keep;     // 1 - G0 - G1, not rounded apart
-    double deflect;  // G0
-    double turn;     // G1
-    double release;  // 1 / S
-    double bend;     // compliance of the rotation behind the node
+    double keep;     // 1 - G0 - s G1, not rounded apart; s the next element over h, G1 that of the news
+    double deflect;  // P00 behind the node; of equal elements this and the next are the gains G0, G1
+    double turn;     // P01
+    double release;  // 1 - G0
+    double bend;     // P11
   };
   std::vector<Gain> gains;  ///< of the inner nodes
-  /// What a kink there shows at the ends: force, moment, force, moment; of a span force and moment at the first end,
-  /// displacement and rotation of the second, which is free.
+  /// What a kink there, a change of slope times h, shows at the ends: force, moment, force, moment; of a span force and
+  /// moment at the first end, displacement and rotation of the second, which is free.
   std::vector<std::array<double, 4>> weights;
   std::array<std::array<double, 4>, 4> stiffness{};
   bool hinged_first = false;  ///< rotations of the first end have no meaning
@@ -39,9 +54,9 @@ struct BendingTable {
 
 /// @brief The same along the axis.
 struct AxialTable {
-  std::vector<double> releases;                ///< 1 / S of the inner nodes
-  std::vector<double> keeps;                   ///< P / S
-  std::vector<std::array<double, 2>> weights;  ///< what an elongation of an element shows at the ends, the same way
+  std::vector<double> releases;                ///< 1 - G of the inner nodes
+  std::vector<double> keeps;                   ///< P behind them
+  std::vector<std::array<double, 2>> weights;  ///< what the strain of an element, times h, shows at the ends likewise
   std::array<double, 3> stiffness{};           ///< 00, 01, 11
   /// Of a span, as of bending.
   struct Open {
@@ -55,7 +70,7 @@ struct AxialTable {
 /// @brief A kind of member, factored in long double. Source: docs/theory.md, "Networks"
 class MemberTables {
  public:
-  /// A member between junctions, what of it is seen at the ends alone, or a span of a member: those have rigid joints.
+  /// A member between junctions; of equal elements what is seen at the ends alone, or a span with rigid joints.
   enum class Part : std::uint8_t { whole, ends, span };
 
   /// @param filter_frequency wf [rad/s]
@@ -63,8 +78,9 @@ class MemberTables {
 
   [[nodiscard]] const MemberKind& kind() const noexcept { return kind_; }
   [[nodiscard]] std::size_t inner() const noexcept { return kind_.elements - 1; }
-  [[nodiscard]] std::size_t bytes() const noexcept;  ///< of gains and weights
-  [[nodiscard]] double element_length() const noexcept { return kind_.element_length; }
+  [[nodiscard]] std::size_t bytes() const noexcept;                                      ///< of gains and weights
+  [[nodiscard]] double element_length() const noexcept { return kind_.element_length; }  ///< h, mean of unequal ones
+  [[nodiscard]] const Spacing& spacing() const noexcept { return spacing_; }
   [[nodiscard]] double node_stiffness() const noexcept { return stiffness_; }  ///< K [N/m]
   /// In the plane xy, state (u_y, theta_z), or xz, state (u_z, -theta_y).
   [[nodiscard]] const BendingTable& bending(std::size_t plane) const { return bending_[plane]; }
@@ -85,6 +101,7 @@ class MemberTables {
  private:
   MemberKind kind_;
   double stiffness_;
+  Spacing spacing_;
   std::array<BendingTable, 2> bending_;
   AxialTable axial_;
   double torsion_ = 0.0;

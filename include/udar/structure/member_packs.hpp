@@ -32,10 +32,11 @@ struct MemberCut {
 /// one after the other by member, are before all packs.
 class MemberPacks {
  public:
-  /// A rank's members of a kind, and how many elements they have.
+  /// A rank's members of a kind, and how many elements they have; members of unequal ones stay whole.
   struct Kind {
     std::size_t elements = 1;
     std::vector<std::size_t> members{};
+    bool equal = true;
   };
 
   MemberPacks() = default;

@@ -1,10 +1,11 @@
 #pragma once
 /// @file
-/// Cross-sections of members from their shapes, and networks that are regular.
+/// Cross-sections of members from their shapes, graded elements, and networks that are regular.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "udar/structure/network.hpp"
 
@@ -26,11 +27,15 @@ struct MemberShape {
 /// rounding
 void give_shape(MemberSection& section, const MemberShape& shape, bool shear);
 
+/// @brief `Member::spacing` in a geometric progression. @param ratio of the last to the first, > 0; 1: empty
+[[nodiscard]] std::vector<double> graded_spacing(std::size_t elements, double ratio);
+
 /// @brief Junctions in rows along x, y and z, each joined with its neighbours by a member along the axis.
 struct RegularNetwork {
   std::array<std::size_t, 3> junctions{1, 1, 1};  ///< along x, y, z; a grillage has one along y
   std::array<double, 3> spacing{1.0, 1.0, 1.0};   ///< of junctions along x, y, z [m]
   std::size_t elements = 1;                       ///< of a member
+  double grading = 1.0;                           ///< how many times as long the last of them is as the first [-]
   MemberSection section{};
 };
 

@@ -61,12 +61,14 @@ struct MemberEnd {
   std::array<double, 3> joint{kRigid, kRigid, kRigid};
 };
 
-/// @brief A straight beam between two junctions, of equal elements.
+/// @brief A straight beam between two junctions.
 struct Member {
   std::string name;  ///< for messages
   std::array<MemberEnd, 2> ends{};
   std::size_t section = 0;
   std::size_t elements = 1;
+  /// Lengths of the elements from the first end, in any unit: they share that of the member; empty: equal ones.
+  std::vector<double> spacing{};
   /// The member's y axis is in the plane of its x axis and this; zero: the global y axis, of a member along y the
   /// global x axis.
   Place orientation{};
@@ -97,8 +99,25 @@ using Axes = std::array<std::array<double, 3>, 3>;
 struct MemberKind {
   std::size_t section = 0;
   std::size_t elements = 1;
-  double element_length = 0.0;                   ///< [m]
+  double element_length = 0.0;                   ///< of unequal ones their mean [m]
   std::array<std::array<double, 3>, 2> joint{};  ///< of both ends, as `MemberEnd::joint`
+  std::vector<double> lengths{};                 ///< of unequal elements from the first end [m], else empty
+
+  [[nodiscard]] bool equal_elements() const noexcept { return lengths.empty(); }
+  /// Of one element [m].
+  [[nodiscard]] double length(std::size_t element) const {
+    return equal_elements() ? element_length : lengths[element];
+  }
+  /// Of the element at the first or second end [m].
+  [[nodiscard]] double end_length(std::size_t end) const { return length(end == 0 ? 0 : elements - 1); }
+  /// Whose mass inner node i = 1, ... has: half of each element beside it [m].
+  [[nodiscard]] double node_length(std::size_t i) const {
+    return equal_elements() ? element_length : 0.5 * (lengths[i - 1] + lengths[i]);
+  }
+  [[nodiscard]] double shortest() const;      ///< element [m]
+  [[nodiscard]] double inner_length() const;  ///< whose mass all inner nodes have [m]
+  /// From the first end to inner node i, over the member's length [-].
+  [[nodiscard]] std::vector<double> node_shares() const;
 };
 
 /// @brief A spring to the ground against a rotation of a junction that nothing else resists.

@@ -39,6 +39,9 @@ class Generator {
                       "for grillage and lattice: length of members, one for all or one along each axis of theirs"));
     count(group.integer("-network_elements", elements_, petsc::at_least(1.0),
                         "for grillage and lattice: elements of a member"));
+    count(group.real("-network_grading", grading_, "-", petsc::positive(),
+                     "for grillage and lattice: length of a member's last element over that of its first, a geometric "
+                     "progression between; 1: equal ones"));
     read_section(group);
   }
 
@@ -59,6 +62,7 @@ class Generator {
       regular.spacing.at(axis) = spacing[i];
     }
     regular.elements = static_cast<std::size_t>(elements_);
+    regular.grading = grading_;
     regular.section = section_;
     require_countable(key, regular);
     return regular_network(regular);
@@ -136,6 +140,7 @@ class Generator {
   std::vector<PetscInt> lattice_;
   Numbers spacing_{1.0};
   PetscInt elements_ = 8;
+  double grading_ = 1.0;
   MemberSection section_;
 };
 
