@@ -28,23 +28,55 @@ void NetworkMembers::factor(std::size_t kind, double filter_frequency) {
       section, whole, filter_frequency,
       is_cut ? network::MemberTables::Part::ends : network::MemberTables::Part::whole);
   report_.table_bytes += tables.ends->bytes();
-  if (!is_cut) {
+  if (is_cut) {
+    factor_spans(kind, filter_frequency);
+  }
+}
+
+void NetworkMembers::factor_spans(std::size_t kind, double filter_frequency) {
+  const MemberKind& whole = network_->kinds()[kind];
+  const MemberCut& cut = network_->packs().cut(kind);
+  Tables& tables = tables_[kind];
+  constexpr std::array kRigid{MemberEnd::kRigid, MemberEnd::kRigid, MemberEnd::kRigid};
+  std::vector<const network::MemberTables*> spans;
+  for (std::size_t k = 0; k < cut.spans; ++k) {
+    const std::size_t first = k * cut.length;
+    MemberKind span{.section = whole.section,
+                    .elements = std::min(cut.length, whole.elements - first),
+                    .element_length = whole.element_length,
+                    .joint = {kRigid, kRigid}};
+    if (!whole.equal_elements()) {
+      const auto begin = whole.lengths.begin() + static_cast<std::ptrdiff_t>(first);
+      span.lengths.assign(begin, begin + static_cast<std::ptrdiff_t>(span.elements));
+    } else if (k > 0 && span.elements == cut.length) {
+      tables.spans.push_back(tables.spans.front());
+    }
+    if (tables.spans.size() == k) {
+      tables.spans.push_back(std::make_shared<network::MemberTables>(
+          network_->parameters().sections[whole.section], span, filter_frequency, network::MemberTables::Part::span));
+      report_.table_bytes += tables.spans.back()->bytes();
+    }
+    spans.push_back(tables.spans.back().get());
+  }
+  tables.joints = std::make_unique<network::MemberJoints>(*tables.ends, spans, cut);
+}
+
+void NetworkMembers::give_tables(const MemberPack& pack, Group& group) {
+  const Tables& tables = tables_[pack.kind];
+  if (group.whole) {
+    group.tables = tables.ends.get();
     return;
   }
-  constexpr std::array kRigid{MemberEnd::kRigid, MemberEnd::kRigid, MemberEnd::kRigid};
-  MemberKind span{.section = whole.section,
-                  .elements = cut.length,
-                  .element_length = whole.element_length,
-                  .joint = {kRigid, kRigid}};
-  tables.span =
-      std::make_unique<network::MemberTables>(section, span, filter_frequency, network::MemberTables::Part::span);
-  report_.table_bytes += tables.span->bytes();
-  if (span.elements = whole.elements % cut.length; span.elements > 0) {
-    tables.rest =
-        std::make_unique<network::MemberTables>(section, span, filter_frequency, network::MemberTables::Part::span);
-    report_.table_bytes += tables.rest->bytes();
+  std::array<const network::MemberTables*, network::kLanes> spans{};
+  for (std::size_t lane = 0; lane < network::kLanes; ++lane) {
+    spans.at(lane) = tables.spans[pack.span.at(lane)].get();
   }
-  tables.joints = std::make_unique<network::MemberJoints>(*tables.ends, *tables.span, tables.rest.get(), cut);
+  group.tables = spans.front();
+  if (!network_->kinds()[pack.kind].equal_elements()) {
+    group.own = std::make_unique<const network::LaneTables>(spans);
+    group.place.own = group.own.get();
+    report_.table_bytes += group.own->bytes();
+  }
 }
 
 /// Axes and arms.
@@ -91,10 +123,9 @@ void NetworkMembers::place(const std::function<std::size_t(std::size_t junction)
   const std::vector<Member>& members = network_->parameters().members;
   for (const MemberPack& given : network_->packs().packs()) {
     const MemberCut& cut = network_->packs().cut(given.kind);
-    const Tables& tables = tables_[given.kind];
     Group& group = groups_.emplace_back();
     group.whole = cut.spans == 1;
-    group.tables = (group.whole ? tables.ends : given.elements == cut.length ? tables.span : tables.rest).get();
+    give_tables(given, group);
     group.place.first = given.first;
     group.place.lanes = given.lanes;
     for (std::size_t lane = 0; lane < network::kLanes; ++lane) {
@@ -147,11 +178,13 @@ std::vector<network::CutNode> NetworkMembers::nodes_of(const CutMember& member, 
   std::vector<network::CutNode> nodes(member.spans.size() - 1);
   const double compliance = 1.0 / tables_[network_->kind(member.number)].ends->node_stiffness();
   const Axes& axes = network_->axes(member.number);
+  const network::MemberJoints& joints = *tables_[network_->kind(member.number)].joints;
   for (std::size_t i = 0; i < nodes.size() && sweep.force.x != nullptr; ++i) {
     const std::size_t at = member.first_node + i;
+    const double own = compliance / joints.mass(i + 1);
     for (std::size_t k = 0; k < 3; ++k) {
-      nodes[i].load[k] = compliance * (axes[k][0] * sweep.force.x[at] + axes[k][1] * sweep.force.y[at] +
-                                       axes[k][2] * sweep.force.z[at]);
+      nodes[i].load[k] =
+          own * (axes[k][0] * sweep.force.x[at] + axes[k][1] * sweep.force.y[at] + axes[k][2] * sweep.force.z[at]);
     }
   }
   return nodes;
@@ -177,7 +210,7 @@ void NetworkMembers::write_nodes(const CutMember& member, const std::vector<netw
 
 void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [place, tables, whole] = groups_[g];
+    const auto& [place, tables, whole, own] = groups_[g];
     network::Condensed& condensed = condensed_[column * groups_.size() + g];
     network::condense(*tables, place, sweep, condensed);
     if (whole) {
@@ -206,7 +239,7 @@ void NetworkMembers::resolve(const network::Sweep& sweep, std::size_t column) {
     write_nodes(member, nodes, sweep);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [place, tables, whole] = groups_[g];
+    const auto& [place, tables, whole, own] = groups_[g];
     if (whole) {
       network::find_bounds(*tables, place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
     }

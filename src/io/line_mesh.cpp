@@ -94,7 +94,7 @@ std::vector<StraightRun> straight_runs(const LineMesh& mesh) {
     run.lengths.push_back(runs.length(edge));
     run.to = runs.follow(edge, mesh.edges[edge][1], run.lengths);
     run.elements = run.lengths.size();
-    const auto differ = [&](double one, double other) { return !runs.equal(one, other); };
+    const auto differ = [](double one, double other) { return !Runs::equal(one, other); };
     if (std::ranges::adjacent_find(run.lengths, differ) == run.lengths.end()) {
       run.lengths.clear();
     }

@@ -65,15 +65,28 @@ struct Shown {
 
 }  // namespace
 
-MemberJoints::MemberJoints(const MemberTables& ends, const MemberTables& span, const MemberTables* rest,
-                           const MemberCut& cut)
-    : ends_{&ends}, cut_{cut} {
-  factor_plane(0, span, rest);
-  factor_plane(1, span, rest);
-  factor_axial(span, rest);
+MemberJoints::MemberJoints(const MemberTables& ends, std::span<const MemberTables* const> spans, const MemberCut& cut)
+    : ends_{&ends}, cut_{cut}, nodes_(cut.spans) {
+  place_nodes();
+  factor_plane(0, spans);
+  factor_plane(1, spans);
+  factor_axial(spans);
 }
 
-void MemberJoints::factor_plane(std::size_t plane, const MemberTables& span, const MemberTables* rest) {
+void MemberJoints::place_nodes() {
+  const MemberKind& kind = ends_->kind();
+  double place = 0.0;  // of unequal elements [m]
+  for (std::size_t k = 1; k < cut_.spans; ++k) {
+    const std::size_t at = k * cut_.length;
+    nodes_[k] = {.mass = kind.node_length(at) / kind.element_length, .place = static_cast<double>(at)};
+    for (std::size_t i = at - cut_.length; i < at && !kind.equal_elements(); ++i) {
+      place += kind.length(i);
+      nodes_[k].place = place / kind.element_length;
+    }
+  }
+}
+
+void MemberJoints::factor_plane(std::size_t plane, std::span<const MemberTables* const> spans) {
   const Real h = ends_->element_length();
   const Real joint = ends_->node_stiffness() * h * h / static_cast<Real>(ends_->kind().joint[0][plane == 0 ? 2 : 1]);
   RealSymmetric p{0, 0, std::isinf(joint) ? 0 : joint};
@@ -81,16 +94,20 @@ void MemberJoints::factor_plane(std::size_t plane, const MemberTables& span, con
   for (std::size_t k = 0; k < cut_.spans; ++k) {
     Step step;
     if (k > 0) {
-      const Real release = 1 / (p[0] + 1);
-      const Real turn = p[1] * release;
+      const Real give = 1 / static_cast<Real>(nodes_[k].mass);
+      const Real innovation = 1 / (p[0] + give);
+      const Real release = give * innovation;
+      const Real gain = p[1] * innovation;
       step.node_from_start = {static_cast<double>(from_start[0]), static_cast<double>(from_start[1])};
       step.release = static_cast<double>(release);
+      step.innovation = static_cast<double>(innovation);
+      step.gain = static_cast<double>(gain);
       step.deflect = static_cast<double>(p[0] * release);
-      step.turn = static_cast<double>(turn);
-      p = {p[0] * release, turn, p[2] - turn * p[1]};
-      from_start = product({release, 0, -turn, 1}, from_start);
+      step.turn = static_cast<double>(p[1] * release);
+      p = {p[0] * release, p[1] * release, p[2] - gain * p[1]};
+      from_start = product({release, 0, -gain, 1}, from_start);
     }
-    const BendingTable::Open& open = (rest != nullptr && k + 1 == cut_.spans ? *rest : span).bending(plane).open;
+    const BendingTable::Open& open = spans[k]->bending(plane).open;
     const RealSymmetric& j = open.stiffness;
     RealMatrix hold = held(p, j);
     RealSymmetric give = symmetric(hold, full(p));
@@ -112,20 +129,23 @@ void MemberJoints::factor_plane(std::size_t plane, const MemberTables& span, con
   }
 }
 
-void MemberJoints::factor_axial(const MemberTables& span, const MemberTables* rest) {
+void MemberJoints::factor_axial(std::span<const MemberTables* const> spans) {
   Real p = 0;
   Real from_start = 1;
   for (std::size_t k = 0; k < cut_.spans; ++k) {
     AxialStep step;
     if (k > 0) {
-      const Real release = 1 / (p + 1);
+      const Real give = 1 / static_cast<Real>(nodes_[k].mass);
+      const Real innovation = 1 / (p + give);
+      const Real release = give * innovation;
       step.node_from_start = static_cast<double>(from_start);
       step.release = static_cast<double>(release);
+      step.innovation = static_cast<double>(innovation);
       step.deflect = static_cast<double>(p * release);
       p *= release;
       from_start *= release;
     }
-    const AxialTable::Open& open = (rest != nullptr && k + 1 == cut_.spans ? *rest : span).axial().open;
+    const AxialTable::Open& open = spans[k]->axial().open;
     const Real hold = 1 / (1 + p * open.stiffness);
     step.hold = static_cast<double>(hold);
     step.give = static_cast<double>(hold * p);
@@ -140,7 +160,7 @@ void MemberJoints::factor_axial(const MemberTables& span, const MemberTables* re
 
 MemberJoints::Pair MemberJoints::Step::behind_node(const Pair& before, double load, double kink) const {
   const double news = load - before[0];
-  return {load - release * news, before[1] + kink + turn * news};
+  return {load - release * news, before[1] + kink + gain * news};
 }
 
 MemberJoints::Pair MemberJoints::Step::behind_span(const Pair& before, const Pair& first, const Pair& second) const {
@@ -165,8 +185,8 @@ void MemberJoints::condense_plane(std::size_t plane, Spans spans, std::span<cons
     if (k > 0) {
       const double load = nodes[k - 1].load[1 + plane];
       const double news = load - state[0];
-      pushed[0] += step.node_from_start[0] * step.release * news;
-      pushed[1] += step.node_from_start[1] * step.release * news;
+      pushed[0] += step.node_from_start[0] * step.innovation * news;
+      pushed[1] += step.node_from_start[1] * step.innovation * news;
       state = step.behind_node(state, load, last_rise - shown.first_rise);
     } else {
       member.rise[plane][0][lane] = shown.first_rise;
@@ -194,7 +214,7 @@ void MemberJoints::condense_axial(Spans spans, std::span<const CutNode> nodes, C
     if (k > 0) {
       const double load = nodes[k - 1].load[0];
       const double news = load - state;
-      pushed += step.node_from_start * step.release * news;
+      pushed += step.node_from_start * step.innovation * news;
       state = load - step.release * news;
     }
     pushed += step.from_start * (step.hold * first - step.inform * state);
@@ -211,7 +231,7 @@ void MemberJoints::resolve(Spans spans, std::span<CutNode> nodes, const Bounds& 
   resolve_axial(spans, nodes, member, lane);
   for (std::size_t k = 0; k < spans.size(); ++k) {
     const double rise = member.twist_rise[lane];
-    const double twist = member.twist[lane] + static_cast<double>(k * cut_.length) * rise;
+    const double twist = member.twist[lane] + nodes_[k].place * rise;
     spans[k].bounds->twist[spans[k].lane] = twist;
     spans[k].bounds->twist_rise[spans[k].lane] = rise;
     if (k > 0) {
@@ -259,7 +279,7 @@ void MemberJoints::resolve_plane(std::size_t plane, Spans spans, std::span<CutNo
       const double stretch = step.deflect * reaction[0] + step.turn * reaction[1] - step.release * news;
       node.stretch[1 + plane] = stretch + node.load[1 + plane];
       node.rotation[2 - plane] = (plane == 0 ? 1.0 : -1.0) * (start[1] + shown.first_rise) / ends_->element_length();
-      reaction[0] -= stretch;
+      reaction[0] -= nodes_[k].mass * stretch;
     }
   }
 }
@@ -292,7 +312,7 @@ void MemberJoints::resolve_axial(Spans spans, std::span<CutNode> nodes, const Bo
       CutNode& node = nodes[k - 1];
       const double stretch = step.deflect * reaction - step.release * node.stretch[0];
       node.stretch[0] = stretch + node.load[0];
-      reaction -= stretch;
+      reaction -= nodes_[k].mass * stretch;
     }
   }
 }

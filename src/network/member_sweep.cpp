@@ -14,6 +14,8 @@ using Loose = double __attribute__((vector_size(8 * kLanes), aligned(8), may_ali
 UDAR_INLINE Pack& pack(Lanes& lanes) { return *reinterpret_cast<Pack*>(lanes.value.data()); }
 UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<const Pack*>(lanes.value.data()); }
 
+UDAR_INLINE double pack(double shared) { return shared; }  // by all lanes
+
 /// Values of one node's lanes; lanes that no member has repeat the last.
 template <bool Full>
 UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
@@ -49,21 +51,21 @@ struct Target {
 };
 
 /// Walks along the nodes of a pack from the first end to the second. All that differs where elements are unequal, and
-/// is not in the tables, is behind `Equal`.
-template <bool Full, bool Loaded, bool Equal>
+/// is not in the tables, is behind `kEqual`.
+template <bool Full, bool Loaded, bool Equal, class Number>
 struct Walk {
-  const MemberTables& tables;
+  static constexpr bool kFull = Full;
+  static constexpr bool kLoaded = Loaded;
+  static constexpr bool kEqual = Equal;
+
+  TableView<Number> tables;
   const Placement& frame;
   const Sweep& given;
   const EndPlaces& ends;
   std::size_t inner;
-  double compliance;                 // 1 / K
-  const Spacing::Element* elements;  // of unequal ones
-  const Spacing::Node* nodes;
+  double length;      // h
+  double compliance;  // 1 / K
 
-  /// Length of element i over h, mass of inner node i over m.
-  [[nodiscard]] UDAR_INLINE double length(std::size_t i) const { return elements[i].length; }
-  [[nodiscard]] UDAR_INLINE double mass(std::size_t i) const { return nodes[i].mass; }
   UDAR_INLINE void end(std::size_t which, Target& target) const {
     target.x = ends[which][0];
     target.y = ends[which][1];
@@ -79,10 +81,15 @@ struct Walk {
       load<Full>(target.fx, given.force.x + at, frame.lanes);
       load<Full>(target.fy, given.force.y + at, frame.lanes);
       load<Full>(target.fz, given.force.z + at, frame.lanes);
-      const double own = Equal ? compliance : compliance * nodes[i].inverse;
-      target.fx *= own;
-      target.fy *= own;
-      target.fz *= own;
+      target.fx *= compliance;
+      target.fy *= compliance;
+      target.fz *= compliance;
+    }
+    if constexpr (Loaded && !Equal) {
+      const auto& inverse = pack(tables.nodes[i].inverse);
+      target.fx = inverse * target.fx;
+      target.fy = inverse * target.fy;
+      target.fz = inverse * target.fz;
     }
   }
   /// Target of inner node i, behind the last of the second end.
@@ -100,10 +107,10 @@ struct Walk {
       value[2] += right.fz - left.fz;
     }
     if constexpr (!Equal) {
-      const double inverse = elements[i].inverse;
-      value[0] *= inverse;
-      value[1] *= inverse;
-      value[2] *= inverse;
+      const auto& inverse = pack(tables.elements[i].inverse);
+      value[0] = inverse * value[0];
+      value[1] = inverse * value[1];
+      value[2] = inverse * value[2];
     }
   }
 };
@@ -119,14 +126,13 @@ UDAR_INLINE void turned_back(const Placement& frame, const std::array<Pack, 3>& 
   }
 }
 
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void condense_pack(const Walk<Full, Loaded, Equal>& walk, Condensed& condensed) {
-  const MemberTables& tables = walk.tables;
+template <class Walk>
+UDAR_INLINE void condense_pack(const Walk& walk, Condensed& condensed) {
   const Placement& frame = walk.frame;
   const std::size_t inner = walk.inner;
-  const auto* const weights_y = tables.bending(0).weights.data();
-  const auto* const weights_z = tables.bending(1).weights.data();
-  const auto* const weights_x = tables.axial().weights.data();
+  const auto* const weights_y = walk.tables.weights[0];
+  const auto* const weights_z = walk.tables.weights[1];
+  const auto* const weights_x = walk.tables.axial_weights;
   std::array<Pack, 4> shown_y{};
   std::array<Pack, 4> shown_z{};
   std::array<Pack, 2> shown_x{};
@@ -145,22 +151,22 @@ UDAR_INLINE void condense_pack(const Walk<Full, Loaded, Equal>& walk, Condensed&
     walk.at(i + 1, next);
     walk.rise(i + 1, next, target, ahead);
     along(frame.axes[0], rise, value);
-    shown_x[0] += weights_x[i][0] * value;
-    shown_x[1] += weights_x[i][1] * value;
+    shown_x[0] += pack(weights_x[i][0]) * value;
+    shown_x[1] += pack(weights_x[i][1]) * value;
     const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
     along(frame.axes[1], kink, value);
     for (std::size_t k = 0; k < 4; ++k) {
-      shown_y[k] += weights_y[i][k] * value;
+      shown_y[k] += pack(weights_y[i][k]) * value;
     }
     along(frame.axes[2], kink, value);
     for (std::size_t k = 0; k < 4; ++k) {
-      shown_z[k] += weights_z[i][k] * value;
+      shown_z[k] += pack(weights_z[i][k]) * value;
     }
     rise = ahead;
   }
   along(frame.axes[0], rise, value);
-  shown_x[0] += weights_x[inner][0] * value;
-  shown_x[1] += weights_x[inner][1] * value;
+  shown_x[0] += pack(weights_x[inner][0]) * value;
+  shown_x[1] += pack(weights_x[inner][1]) * value;
   along(frame.axes[1], rise, pack(condensed.rise[0][1]));
   along(frame.axes[2], rise, pack(condensed.rise[1][1]));
   for (std::size_t k = 0; k < 4; ++k) {
@@ -211,18 +217,18 @@ UDAR_INLINE void bounds_of(const MemberTables& tables, const Condensed& condense
 }
 
 /// Adds what a rotation moves, or a force turns, over element i.
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void carry(const Walk<Full, Loaded, Equal>& walk, std::size_t i, const Pack& from, Pack& to) {
-  if constexpr (Equal) {
+template <class Walk>
+UDAR_INLINE void carry(const Walk& walk, std::size_t i, const Pack& from, Pack& to) {
+  if constexpr (Walk::kEqual) {
     to += from;
   } else {
-    to += walk.length(i) * from;
+    to += pack(walk.tables.elements[i].length) * from;
   }
 }
 
 /// Behind the first element, and before the last.
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void start(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, Recursion& state) {
+template <class Walk>
+UDAR_INLINE void start(const Walk& walk, const Bounds& bounds, Recursion& state) {
   for (std::size_t plane = 0; plane < 2; ++plane) {
     state.force[plane] = pack(bounds.force[plane]);
     state.moment[plane] = pack(bounds.moment[plane]);
@@ -236,28 +242,36 @@ UDAR_INLINE void start(const Walk<Full, Loaded, Equal>& walk, const Bounds& boun
 }
 
 /// Through inner node i and the element behind it. @param kink there
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void pass_node(const Walk<Full, Loaded, Equal>& walk, const BendingTable::Gain& gain, std::size_t i,
-                           const Pack& kink, Pack& deflection, Pack& turn) {
+template <class Walk>
+UDAR_INLINE void pass_node(const Walk& walk, std::size_t plane, std::size_t i, const Pack& kink, Recursion& state) {
+  const auto& gain = walk.tables.gains[plane][i];
+  Pack& deflection = state.deflection[plane];
+  Pack& turn = state.turn[plane];
   const Pack turned = turn + kink;
-  if constexpr (Equal) {
-    turn = turned - gain.turn * deflection;
-    deflection = gain.keep * deflection + turned;
+  if constexpr (Walk::kEqual) {
+    turn = turned - pack(gain.turn) * deflection;
+    deflection = pack(gain.keep) * deflection + turned;
   } else {
-    turn = turned - walk.mass(i) * gain.turn * deflection;
-    deflection = gain.keep * deflection + walk.length(i + 1) * turned;
+    turn = turned - pack(walk.tables.nodes[i].mass) * (pack(gain.turn) * deflection);
+    deflection = pack(gain.keep) * deflection + pack(walk.tables.elements[i + 1].length) * turned;
+  }
+}
+
+/// From a strain of element i, times h, to what it is longer.
+template <class Walk>
+UDAR_INLINE void stretch_axis(const Walk& walk, std::size_t i, Pack& value) {
+  if constexpr (!Walk::kEqual) {
+    value = pack(walk.tables.elements[i].length) * value;
   }
 }
 
 /// To the second end: states before each node go where its stretch will be.
-template <bool Turned, bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void sweep_right(const Walk<Full, Loaded, Equal>& walk, Recursion& state) {
-  const MemberTables& tables = walk.tables;
+template <bool Turned, class Walk>
+UDAR_INLINE void sweep_right(const Walk& walk, Recursion& state) {
+  constexpr bool kFull = Walk::kFull;
   const Placement& frame = walk.frame;
   const Sweep& given = walk.given;
-  const auto* const gains_y = tables.bending(0).gains.data();
-  const auto* const gains_z = tables.bending(1).gains.data();
-  const auto* const releases = tables.axial().releases.data();
+  const auto* const releases = walk.tables.releases;
   Target target;
   Target next;
   std::array<Pack, 3> rise;
@@ -267,107 +281,117 @@ UDAR_INLINE void sweep_right(const Walk<Full, Loaded, Equal>& walk, Recursion& s
   walk.at(0, next);
   walk.rise(0, next, target, rise);
   along(frame.axes[0], rise, value);
-  state.along -= Equal ? value : walk.length(0) * value;
+  stretch_axis(walk, 0, value);
+  state.along -= value;
   for (std::size_t i = 0; i < walk.inner; ++i) {
     const std::size_t at = frame.first + i * frame.lanes;
     target = next;
     walk.at(i + 1, next);
     walk.rise(i + 1, next, target, ahead);
-    store<Full>(given.stretch.x + at, state.along, frame.lanes);
-    store<Full>(given.stretch.y + at, state.deflection[0], frame.lanes);
-    store<Full>(given.stretch.z + at, state.deflection[1], frame.lanes);
+    store<kFull>(given.stretch.x + at, state.along, frame.lanes);
+    store<kFull>(given.stretch.y + at, state.deflection[0], frame.lanes);
+    store<kFull>(given.stretch.z + at, state.deflection[1], frame.lanes);
     along(frame.axes[0], ahead, value);
-    state.along = releases[i] * state.along - (Equal ? value : walk.length(i + 1) * value);
+    stretch_axis(walk, i + 1, value);
+    state.along = pack(releases[i]) * state.along - value;
     const std::array<Pack, 3> kink{rise[0] - ahead[0], rise[1] - ahead[1], rise[2] - ahead[2]};
     along(frame.axes[1], kink, value);
-    pass_node(walk, gains_y[i], i, value, state.deflection[0], state.turn[0]);
+    pass_node(walk, 0, i, value, state);
     along(frame.axes[2], kink, value);
-    pass_node(walk, gains_z[i], i, value, state.deflection[1], state.turn[1]);
+    pass_node(walk, 1, i, value, state);
     if constexpr (Turned) {  // against the line between the targets, and of that line
       along(frame.axes[1], ahead, value);
-      store<Full>(given.rotation.y + at, state.turn[0] + value, frame.lanes);
+      store<kFull>(given.rotation.y + at, state.turn[0] + value, frame.lanes);
       along(frame.axes[2], ahead, value);
-      store<Full>(given.rotation.z + at, state.turn[1] + value, frame.lanes);
+      store<kFull>(given.rotation.z + at, state.turn[1] + value, frame.lanes);
     }
     rise = ahead;
   }
 }
 
 /// Rotations of inner node i, from the states stored for it and the reactions behind it.
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void turn_node(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, const Recursion& state,
-                           std::size_t i) {
-  const MemberTables& tables = walk.tables;
+template <class Walk>
+UDAR_INLINE void turn_node(const Walk& walk, const Bounds& bounds, const Recursion& state, std::size_t i) {
+  constexpr bool kFull = Walk::kFull;
   const Placement& frame = walk.frame;
   const Sweep& sweep = walk.given;
   const std::size_t at = frame.first + i * frame.lanes;
-  const double h = tables.element_length();
-  const BendingTable::Gain& y = tables.bending(0).gains[i];
-  const BendingTable::Gain& z = tables.bending(1).gains[i];
+  const double h = walk.length;
+  const auto& y = walk.tables.gains[0][i];
+  const auto& z = walk.tables.gains[1][i];
   std::array<Pack, 2> bent{};
   std::array<Pack, 3> global;
-  load<Full>(bent[0], sweep.rotation.y + at, frame.lanes);
-  load<Full>(bent[1], sweep.rotation.z + at, frame.lanes);
-  const Pack about_z = (bent[0] + y.turn * state.force[0] + y.bend * state.moment[0]) / h;
-  const Pack about_y = (bent[1] + z.turn * state.force[1] + z.bend * state.moment[1]) / -h;
-  const double place = Equal ? static_cast<double>(i + 1) : walk.nodes[i].place;
-  const Pack about_x = pack(bounds.twist) + place * pack(bounds.twist_rise);
+  load<kFull>(bent[0], sweep.rotation.y + at, frame.lanes);
+  load<kFull>(bent[1], sweep.rotation.z + at, frame.lanes);
+  const Pack about_z = (bent[0] + pack(y.turn) * state.force[0] + pack(y.bend) * state.moment[0]) / h;
+  const Pack about_y = (bent[1] + pack(z.turn) * state.force[1] + pack(z.bend) * state.moment[1]) / -h;
+  Pack about_x = pack(bounds.twist);
+  if constexpr (Walk::kEqual) {
+    about_x += static_cast<double>(i + 1) * pack(bounds.twist_rise);
+  } else {
+    about_x += pack(walk.tables.nodes[i].place) * pack(bounds.twist_rise);
+  }
   turned_back(frame, {about_x, about_y, about_z}, global);
-  store<Full>(sweep.rotation.x + at, global[0], frame.lanes);
-  store<Full>(sweep.rotation.y + at, global[1], frame.lanes);
-  store<Full>(sweep.rotation.z + at, global[2], frame.lanes);
+  store<kFull>(sweep.rotation.x + at, global[0], frame.lanes);
+  store<kFull>(sweep.rotation.y + at, global[1], frame.lanes);
+  store<kFull>(sweep.rotation.z + at, global[2], frame.lanes);
 }
 
 /// A reaction behind inner node i to one behind the element before it. @param stretch of the node
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void take(const Walk<Full, Loaded, Equal>& walk, std::size_t i, const Pack& stretch, Pack& force) {
-  force -= Equal ? stretch : walk.mass(i) * stretch;
+template <class Walk>
+UDAR_INLINE void take(const Walk& walk, std::size_t i, const Pack& stretch, Pack& force) {
+  if constexpr (Walk::kEqual) {
+    force -= stretch;
+  } else {
+    force -= pack(walk.tables.nodes[i].mass) * stretch;
+  }
 }
 
 /// Back to the first end.
-template <bool Turned, bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void sweep_left(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds, Recursion& state) {
-  const MemberTables& tables = walk.tables;
+template <bool Turned, class Walk>
+UDAR_INLINE void sweep_left(const Walk& walk, const Bounds& bounds, Recursion& state) {
+  constexpr bool kFull = Walk::kFull;
   const Placement& frame = walk.frame;
   const Triple<double>& stretch = walk.given.stretch;
-  const auto* const gains_y = tables.bending(0).gains.data();
-  const auto* const gains_z = tables.bending(1).gains.data();
-  const AxialTable& axial = tables.axial();
+  const auto* const gains_y = walk.tables.gains[0];
+  const auto* const gains_z = walk.tables.gains[1];
   for (std::size_t i = walk.inner; i-- > 0;) {
     const std::size_t at = frame.first + i * frame.lanes;
     Pack dx{};
     std::array<Pack, 2> d{};
     std::array<Pack, 3> global;
-    load<Full>(dx, stretch.x + at, frame.lanes);
-    load<Full>(d[0], stretch.y + at, frame.lanes);
-    load<Full>(d[1], stretch.z + at, frame.lanes);
+    load<kFull>(dx, stretch.x + at, frame.lanes);
+    load<kFull>(d[0], stretch.y + at, frame.lanes);
+    load<kFull>(d[1], stretch.z + at, frame.lanes);
     if constexpr (Turned) {
       turn_node(walk, bounds, state, i);
     }
-    dx = axial.releases[i] * dx + axial.keeps[i] * state.pull;
+    dx = pack(walk.tables.releases[i]) * dx + pack(walk.tables.keeps[i]) * state.pull;
     take(walk, i, dx, state.pull);
-    d[0] = gains_y[i].release * d[0] + gains_y[i].deflect * state.force[0] + gains_y[i].turn * state.moment[0];
+    d[0] = pack(gains_y[i].release) * d[0] + pack(gains_y[i].deflect) * state.force[0] +
+           pack(gains_y[i].turn) * state.moment[0];
     take(walk, i, d[0], state.force[0]);
     carry(walk, i, state.force[0], state.moment[0]);
-    d[1] = gains_z[i].release * d[1] + gains_z[i].deflect * state.force[1] + gains_z[i].turn * state.moment[1];
+    d[1] = pack(gains_z[i].release) * d[1] + pack(gains_z[i].deflect) * state.force[1] +
+           pack(gains_z[i].turn) * state.moment[1];
     take(walk, i, d[1], state.force[1]);
     carry(walk, i, state.force[1], state.moment[1]);
     turned_back(frame, {dx, d[0], d[1]}, global);
-    if constexpr (Loaded) {
+    if constexpr (Walk::kLoaded) {
       Target target;
       walk.node(i, target);
       global[0] += target.fx;
       global[1] += target.fy;
       global[2] += target.fz;
     }
-    store<Full>(stretch.x + at, global[0], frame.lanes);
-    store<Full>(stretch.y + at, global[1], frame.lanes);
-    store<Full>(stretch.z + at, global[2], frame.lanes);
+    store<kFull>(stretch.x + at, global[0], frame.lanes);
+    store<kFull>(stretch.y + at, global[1], frame.lanes);
+    store<kFull>(stretch.z + at, global[2], frame.lanes);
   }
 }
 
-template <bool Full, bool Loaded, bool Equal>
-UDAR_INLINE void resolve_pack(const Walk<Full, Loaded, Equal>& walk, const Bounds& bounds) {
+template <class Walk>
+UDAR_INLINE void resolve_pack(const Walk& walk, const Bounds& bounds) {
   Recursion state;
   start(walk, bounds, state);
   if (walk.given.rotation.x != nullptr) {
@@ -465,23 +489,33 @@ struct Task {
 };
 
 /// With a walk through the pack. @param run condenses or resolves
-template <bool Full, bool Loaded, bool Equal, class Run>
-UDAR_INLINE void walk_inside(const Task& task, const Run& run) {
+template <bool Full, bool Loaded, bool Equal, class Number, class Run>
+UDAR_INLINE void walk_inside(const Task& task, const TableView<Number>& read, const Run& run) {
   EndPlaces ends;
   gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
-  const Spacing& spacing = task.tables.spacing();
-  run(Walk<Full, Loaded, Equal>{task.tables, task.frame, task.sweep, ends, task.tables.inner(),
-                                1.0 / task.tables.node_stiffness(), spacing.elements.data(), spacing.nodes.data()});
+  run(Walk<Full, Loaded, Equal, Number>{.tables = read,
+                                        .frame = task.frame,
+                                        .given = task.sweep,
+                                        .ends = ends,
+                                        .inner = task.tables.inner(),
+                                        .length = task.tables.element_length(),
+                                        .compliance = 1.0 / task.tables.node_stiffness()});
+}
+
+template <bool Full, bool Loaded, class Run>
+UDAR_INLINE void walk_loaded(const Task& task, const Run& run) {
+  if (task.frame.own != nullptr) {
+    walk_inside<Full, Loaded, false>(task, task.frame.own->view(), run);
+  } else if (task.tables.spacing().elements.empty()) {
+    walk_inside<Full, Loaded, true>(task, view_of(task.tables), run);
+  } else {
+    walk_inside<Full, Loaded, false>(task, view_of(task.tables), run);
+  }
 }
 
 template <bool Full, class Run>
 UDAR_INLINE void walk_any(const Task& task, const Run& run) {
-  const bool loaded = task.sweep.force.x != nullptr;
-  if (task.tables.spacing().elements.empty()) {
-    loaded ? walk_inside<Full, true, true>(task, run) : walk_inside<Full, false, true>(task, run);
-  } else {
-    loaded ? walk_inside<Full, true, false>(task, run) : walk_inside<Full, false, false>(task, run);
-  }
+  task.sweep.force.x != nullptr ? walk_loaded<Full, true>(task, run) : walk_loaded<Full, false>(task, run);
 }
 
 UDAR_INLINE void push_ends(const Task& task, const Condensed& condensed) {

@@ -254,8 +254,8 @@ AxialTable factor_axial(Real element, const Steps& steps, bool open) {
   return table;
 }
 
-Spacing spacing_of(const Steps& steps) {
-  Spacing spacing;
+Spacing<double> spacing_of(const Steps& steps) {
+  Spacing<double> spacing;
   Real place = 0;
   for (std::size_t i = 0; i < steps.elements(); ++i) {
     const Real s = steps.length[i];
@@ -307,6 +307,7 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
     }
     axial_.releases = axial_.keeps = {};
     axial_.weights = {};
+    spacing_ = {};
   }
 }
 

@@ -280,6 +280,29 @@ TEST(NetworkSolver, CutsLongMembersWithoutLosingDigits) {
   }
 }
 
+/// Each unlike all others, so that its spans have tables of their own.
+TEST(NetworkSolver, CutsMembersOfUnequalElementsWithoutLosingDigits) {
+  NetworkParameters cube = lattice({2, 2, 2}, 300);
+  for (std::size_t m = 0; m < cube.members.size(); ++m) {
+    cube.members[m].spacing = graded_spacing(300, 0.2 + static_cast<double>(m));
+  }
+  NetworkParameters house = jagged_house();
+  for (Member& member : house.members) {
+    member.elements = 41 * member.elements + 3;
+    member.spacing = jagged_spacing(member.elements);
+  }
+  for (const bool far : {false, true}) {
+    SCOPED_TRACE(far ? "far" : "near");
+    expect_exact(cube, 300.0, far, 1.0, 1e-12);
+    expect_exact(house, 300.0, far, 1.0, 1e-12);
+  }
+  const Network network{PETSC_COMM_SELF, cube};
+  for (std::size_t kind = 0; kind < network.kinds().size(); ++kind) {
+    EXPECT_EQ(network.packs().cut(kind).spans, 9U) << kind;
+  }
+  EXPECT_GT(Network(PETSC_COMM_SELF, house).packs().cut_nodes(), 0U);
+}
+
 /// Members along one line: their rotation about it is nobody's.
 TEST(NetworkSolver, CarriesCollinearMembersThatAreFree) {
   NetworkParameters line{.sections = {steel_section()}, .junctions = {}, .members = {}};

@@ -614,15 +614,17 @@ TEST(MemberPacks, GiveEachInnerNodeItsPlace) {
                                              {.elements = 100, .members = {}},
                                              {.elements = 64, .members = {4}},
                                              {.elements = 30000, .members = {6}},
-                                             {.elements = 900, .members = {8}, .equal = false}};
+                                             {.elements = 900, .members = {8}, .equal = false},
+                                             {.elements = 900, .members = {9, 10, 11, 12}, .equal = false}};
   constexpr std::size_t kFirst = 9;
-  const MemberPacks packs{kinds, 9, kFirst};
+  const MemberPacks packs{kinds, 13, kFirst};
   EXPECT_EQ(packs.cut(0).spans, 1U);
   EXPECT_EQ(packs.cut(3).spans, 1U);
   EXPECT_GT(packs.cut(1).spans, 2U);
   EXPECT_EQ(packs.cut(4).spans, 2U);
   EXPECT_EQ(packs.cut(5).length, 30000U / 8);
-  EXPECT_EQ(packs.cut(6).spans, 1U);
+  EXPECT_EQ(packs.cut(6).spans, 9U);  // of 112 elements and 4
+  EXPECT_EQ(packs.cut(7).spans, 1U);
   std::vector<std::size_t> places;
   std::size_t cut_nodes = 0;
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {

@@ -46,8 +46,7 @@ class NetworkMembers {
   /// Of a kind: whole members, or those that are cut and their spans.
   struct Tables {
     std::unique_ptr<network::MemberTables> ends;
-    std::unique_ptr<network::MemberTables> span;
-    std::unique_ptr<network::MemberTables> rest;
+    std::vector<std::shared_ptr<const network::MemberTables>> spans;  // equal ones share
     std::unique_ptr<network::MemberJoints> joints;
   };
   /// Members or spans side by side.
@@ -55,6 +54,7 @@ class NetworkMembers {
     network::Placement place;
     const network::MemberTables* tables = nullptr;
     bool whole = true;
+    std::unique_ptr<const network::LaneTables> own{};  // of spans of unequal elements
   };
   /// Where a lane is: which group, and where in it.
   struct Lane {
@@ -69,6 +69,8 @@ class NetworkMembers {
   };
 
   void factor(std::size_t kind, double filter_frequency);
+  void factor_spans(std::size_t kind, double filter_frequency);
+  void give_tables(const MemberPack& pack, Group& group);
   void place_lane(network::Placement& place, std::size_t lane, std::size_t member) const;
   void list_cut_members();
   [[nodiscard]] std::vector<network::SpanLane> lanes_of(const CutMember& member, std::size_t column);

@@ -31,8 +31,11 @@ struct CutNode {
 /// are differenced, so that cuts cost no digits however short spans are. Source: docs/theory.md, "Networks"
 class MemberJoints {
  public:
-  /// @param ends of the whole member @param span, rest tables of its spans and of the shorter last one, if there is one
-  MemberJoints(const MemberTables& ends, const MemberTables& span, const MemberTables* rest, const MemberCut& cut);
+  /// @param ends of the whole member @param spans tables of each, used here alone
+  MemberJoints(const MemberTables& ends, std::span<const MemberTables* const> spans, const MemberCut& cut);
+
+  /// Of the node before span k = 1, ..., over m.
+  [[nodiscard]] double mass(std::size_t k) const { return nodes_[k].mass; }
 
   /// @brief What a member shows at its ends, from what its spans show.
   void condense(std::span<const SpanLane> spans, std::span<const CutNode> nodes, Condensed& member,
@@ -50,6 +53,8 @@ class MemberJoints {
     std::array<double, 4> transfer{};    // Phi
     std::array<double, 4> from_start{};  // transfer from the member's first end to its own
     double release = 0.0;                // of the node
+    double innovation = 0.0;
+    double gain = 0.0;
     double turn = 0.0;
     double deflect = 0.0;
     Pair node_from_start{};  // transfer to its displacement
@@ -65,13 +70,20 @@ class MemberJoints {
     double transfer = 0.0;
     double from_start = 0.0;
     double release = 0.0;
+    double innovation = 0.0;
     double deflect = 0.0;
     double node_from_start = 0.0;
   };
+  /// Before a span: mass over m, place over h.
+  struct Node {
+    double mass = 1.0;
+    double place = 0.0;
+  };
   using Spans = std::span<const SpanLane>;
 
-  void factor_plane(std::size_t plane, const MemberTables& span, const MemberTables* rest);
-  void factor_axial(const MemberTables& span, const MemberTables* rest);
+  void place_nodes();
+  void factor_plane(std::size_t plane, std::span<const MemberTables* const> spans);
+  void factor_axial(std::span<const MemberTables* const> spans);
   void condense_plane(std::size_t plane, Spans spans, std::span<const CutNode> nodes, Condensed& member,
                       std::size_t lane) const;
   void condense_axial(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const;
@@ -81,6 +93,7 @@ class MemberJoints {
 
   const MemberTables* ends_;
   MemberCut cut_;
+  std::vector<Node> nodes_;  // by span
   std::array<std::vector<Step>, 2> steps_;
   std::vector<AxialStep> axial_;
 };

@@ -5,19 +5,11 @@
 #include <array>
 #include <cstddef>
 
+#include "udar/network/lane_tables.hpp"
 #include "udar/network/member_tables.hpp"
 #include "udar/structure/network.hpp"
 
 namespace udar::network {
-
-inline constexpr std::size_t kLanes = MemberPack::kLanes;
-
-/// One number of each member of a pack.
-struct alignas(64) Lanes {
-  std::array<double, kLanes> value{};
-  double& operator[](std::size_t lane) { return value[lane]; }
-  const double& operator[](std::size_t lane) const { return value[lane]; }
-};
 
 /// @brief Three values of every node of a rank, in global axes: a pointer to each direction's first local node.
 template <class Number>
@@ -35,6 +27,7 @@ struct Placement {
   std::size_t lanes = 0;
   std::array<std::array<std::size_t, kLanes>, 2> slot{};  ///< of the junctions, in what goes in and out
   bool offsets = false;                                   ///< whether any arm is not zero
+  const LaneTables* own = nullptr;                        ///< where lanes have tables of their own
 };
 
 /// @brief One column of what goes in and out.

@@ -12,31 +12,35 @@
 namespace udar::network {
 
 /// @brief Unequal elements: h is their mean length, and K = wf^2 m that of a node between two elements of length h.
+template <class Number>
 struct Spacing {
   struct Element {
-    double length;   // over h
-    double inverse;  // h over it
+    Number length;   // over h
+    Number inverse;  // h over it
   };
   struct Node {
-    double mass;     // over m
-    double inverse;  // m over it
-    double place;    // from the first end, over h
+    Number mass;     // over m
+    Number inverse;  // m over it
+    Number place;    // from the first end, over h
   };
   std::vector<Element> elements;  ///< empty if they are equal
   std::vector<Node> nodes;        ///< between them
 };
 
+/// @brief What the recursion takes of its news at an inner node.
+template <class Number>
+struct Gain {
+  Number keep;     // 1 - G0 - s G1, not rounded apart; s the next element over h, G1 that of the news
+  Number deflect;  // P00 behind the node; of equal elements this and the next are the gains G0, G1
+  Number turn;     // P01
+  Number release;  // 1 - G0
+  Number bend;     // P11
+};
+
 /// @brief A bending plane of a member: states (w, h theta) at its ends in units of displacement, forces over K = wf^2 m
 /// of an inner node, moments over K h.
 struct BendingTable {
-  struct Gain {
-    double keep;     // 1 - G0 - s G1, not rounded apart; s the next element over h, G1 that of the news
-    double deflect;  // P00 behind the node; of equal elements this and the next are the gains G0, G1
-    double turn;     // P01
-    double release;  // 1 - G0
-    double bend;     // P11
-  };
-  std::vector<Gain> gains;  ///< of the inner nodes
+  std::vector<Gain<double>> gains;  ///< of the inner nodes
   /// What a kink there, a change of slope times h, shows at the ends: force, moment, force, moment; of a span force and
   /// moment at the first end, displacement and rotation of the second, which is free.
   std::vector<std::array<double, 4>> weights;
@@ -70,17 +74,18 @@ struct AxialTable {
 /// @brief A kind of member, factored in long double. Source: docs/theory.md, "Networks"
 class MemberTables {
  public:
-  /// A member between junctions; of equal elements what is seen at the ends alone, or a span with rigid joints.
+  /// A member between junctions, what of it is seen at the ends alone, or a span of a member: those have rigid joints.
   enum class Part : std::uint8_t { whole, ends, span };
 
-  /// @param filter_frequency wf [rad/s]
+  /// @param kind of a span of unequal elements with the `element_length` of the whole @param filter_frequency wf
+  /// [rad/s]
   MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, Part part = Part::whole);
 
   [[nodiscard]] const MemberKind& kind() const noexcept { return kind_; }
   [[nodiscard]] std::size_t inner() const noexcept { return kind_.elements - 1; }
   [[nodiscard]] std::size_t bytes() const noexcept;                                      ///< of gains and weights
   [[nodiscard]] double element_length() const noexcept { return kind_.element_length; }  ///< h, mean of unequal ones
-  [[nodiscard]] const Spacing& spacing() const noexcept { return spacing_; }
+  [[nodiscard]] const Spacing<double>& spacing() const noexcept { return spacing_; }
   [[nodiscard]] double node_stiffness() const noexcept { return stiffness_; }  ///< K [N/m]
   /// In the plane xy, state (u_y, theta_z), or xz, state (u_z, -theta_y).
   [[nodiscard]] const BendingTable& bending(std::size_t plane) const { return bending_[plane]; }
@@ -101,7 +106,7 @@ class MemberTables {
  private:
   MemberKind kind_;
   double stiffness_;
-  Spacing spacing_;
+  Spacing<double> spacing_;
   std::array<BendingTable, 2> bending_;
   AxialTable axial_;
   double torsion_ = 0.0;

@@ -22,7 +22,7 @@ struct MemberPack {
   std::array<std::size_t, kLanes> span{};    ///< of the member, from its first end
 };
 
-/// @brief How the members of a kind are cut into spans for the solver: equal ones, but for a shorter last one.
+/// @brief How the members of a kind are cut into spans for the solver: of as many elements each, but for the last one.
 struct MemberCut {
   std::size_t length = 1;  ///< elements of a span
   std::size_t spans = 1;   ///< 1: whole
@@ -32,7 +32,7 @@ struct MemberCut {
 /// one after the other by member, are before all packs.
 class MemberPacks {
  public:
-  /// A rank's members of a kind, and how many elements they have; members of unequal ones stay whole.
+  /// A rank's members of a kind, and how many elements they have; spans of unequal ones share no tables.
   struct Kind {
     std::size_t elements = 1;
     std::vector<std::size_t> members{};
