@@ -128,6 +128,7 @@ void NetworkMembers::place(const std::function<std::size_t(std::size_t junction)
     give_tables(given, group);
     group.place.first = given.first;
     group.place.lanes = given.lanes;
+    group.place.nodes = network_->nodes();
     for (std::size_t lane = 0; lane < network::kLanes; ++lane) {
       const std::size_t number = given.member.at(lane);
       place_lane(group.place, lane, number);

@@ -16,16 +16,17 @@ UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<cons
 
 UDAR_INLINE double pack(double shared) { return shared; }  // by all lanes
 
-/// Values of one node's lanes; lanes that no member has repeat the last.
+/// Values of one node's lanes. Lanes that no member has get what stands behind them, if that can be read, else repeat
+/// the last: nothing comes of them.
 template <bool Full>
-UDAR_INLINE void load(Pack& value, const double* from, std::size_t lanes) {
-  if constexpr (Full) {
-    value = *reinterpret_cast<const Loose*>(from);
-  } else {
-    value = Pack{};
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      value[lane] = from[lane < lanes ? lane : lanes - 1];
-    }
+UDAR_INLINE void load(Pack& value, const double* nodes, std::size_t at, const Placement& frame) {
+  if (Full || at + kLanes <= frame.nodes) {
+    value = *reinterpret_cast<const Loose*>(nodes + at);
+    return;
+  }
+  value = Pack{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    value[lane] = nodes[at + (lane < frame.lanes ? lane : frame.lanes - 1)];
   }
 }
 template <bool Full>
@@ -74,13 +75,13 @@ struct Walk {
   }
   UDAR_INLINE void node(std::size_t i, Target& target) const {
     const std::size_t at = frame.first + i * frame.lanes;
-    load<Full>(target.x, given.displacement.x + at, frame.lanes);
-    load<Full>(target.y, given.displacement.y + at, frame.lanes);
-    load<Full>(target.z, given.displacement.z + at, frame.lanes);
+    load<Full>(target.x, given.displacement.x, at, frame);
+    load<Full>(target.y, given.displacement.y, at, frame);
+    load<Full>(target.z, given.displacement.z, at, frame);
     if constexpr (Loaded) {
-      load<Full>(target.fx, given.force.x + at, frame.lanes);
-      load<Full>(target.fy, given.force.y + at, frame.lanes);
-      load<Full>(target.fz, given.force.z + at, frame.lanes);
+      load<Full>(target.fx, given.force.x, at, frame);
+      load<Full>(target.fy, given.force.y, at, frame);
+      load<Full>(target.fz, given.force.z, at, frame);
       target.fx *= compliance;
       target.fy *= compliance;
       target.fz *= compliance;
@@ -321,8 +322,8 @@ UDAR_INLINE void turn_node(const Walk& walk, const Bounds& bounds, const Recursi
   const auto& z = walk.tables.gains[1][i];
   std::array<Pack, 2> bent{};
   std::array<Pack, 3> global;
-  load<kFull>(bent[0], sweep.rotation.y + at, frame.lanes);
-  load<kFull>(bent[1], sweep.rotation.z + at, frame.lanes);
+  load<kFull>(bent[0], sweep.rotation.y, at, frame);
+  load<kFull>(bent[1], sweep.rotation.z, at, frame);
   const Pack about_z = (bent[0] + pack(y.turn) * state.force[0] + pack(y.bend) * state.moment[0]) / h;
   const Pack about_y = (bent[1] + pack(z.turn) * state.force[1] + pack(z.bend) * state.moment[1]) / -h;
   Pack about_x = pack(bounds.twist);
@@ -360,9 +361,9 @@ UDAR_INLINE void sweep_left(const Walk& walk, const Bounds& bounds, Recursion& s
     Pack dx{};
     std::array<Pack, 2> d{};
     std::array<Pack, 3> global;
-    load<kFull>(dx, stretch.x + at, frame.lanes);
-    load<kFull>(d[0], stretch.y + at, frame.lanes);
-    load<kFull>(d[1], stretch.z + at, frame.lanes);
+    load<kFull>(dx, stretch.x, at, frame);
+    load<kFull>(d[0], stretch.y, at, frame);
+    load<kFull>(d[1], stretch.z, at, frame);
     if constexpr (Turned) {
       turn_node(walk, bounds, state, i);
     }

@@ -27,7 +27,8 @@ struct Placement {
   std::size_t lanes = 0;
   std::array<std::array<std::size_t, kLanes>, 2> slot{};  ///< of the junctions, in what goes in and out
   bool offsets = false;                                   ///< whether any arm is not zero
-  const LaneTables* own = nullptr;                        ///< where lanes have tables of their own
+  std::size_t nodes = 0;            ///< of the rank: so many numbers can be read; 0: those of the members alone
+  const LaneTables* own = nullptr;  ///< where lanes have tables of their own
 };
 
 /// @brief One column of what goes in and out.
