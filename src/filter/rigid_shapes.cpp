@@ -100,6 +100,7 @@ std::vector<TriedMotion> made_orthonormal(const FilteredStructure& line, std::ve
 
 void find_stretches(FilteredStructure& line, std::vector<TriedMotion>& motions) {
   std::vector<FilterColumn> columns;
+  columns.reserve(motions.size());
   for (TriedMotion& motion : motions) {
     columns.push_back({.displacement = motion.shape.data(), .stretch = motion.stretch.data()});
   }

@@ -47,7 +47,7 @@ NetworkParameters held(NetworkParameters network, std::size_t junctions) {
 TEST(NetworkModal, FindsTheMotionsWithoutStrain) {
   struct Try {
     NetworkParameters network;
-    std::size_t motions;
+    std::size_t motions = 0;
   };
   for (const auto& [parameters, motions] :
        {Try{test::small_house(kTurn), 6}, Try{test::turned_beam(10.0, 8, kTurn), 5},
