@@ -69,6 +69,7 @@ struct Turn {
 /// Lengths of elements that differ up to eight times, in no order.
 inline std::vector<double> jagged_spacing(std::size_t elements) {
   std::vector<double> spacing;
+  spacing.reserve(elements);
   for (std::size_t i = 0; i < elements; ++i) {
     spacing.push_back(std::exp2(1.5 * std::sin(2.4 * static_cast<double>(i))));
   }
