@@ -64,14 +64,15 @@ class Model:
 
     def parts(self, nodes, ranks, interface):
         """By what takes them. A junction of the interface is that of two ranks."""
-        found = {"members": nodes / ranks * self.per_node * self.machine.slowdown(self.machine.exclusive(ranks)) *
-                 self.machine.turns(ranks)}
+        like = ranks if ranks in self.machine.blocks else self.machine.most_exclusive
+        found = {"members": nodes / ranks * self.per_node * self.machine.slowdown(like)}
         if ranks > 1:
-            block = self.machine.block(max(count for count in self.machine.blocks if count <= ranks and count > 1))
+            like = max(like, 2)
+            block = self.machine.block(like)
             rows = NUMBERS * min(interface, 2.0 * interface / ranks)
             found["interface"] = 2.0 * rows * NUMBERS * interface / block["flops_per_rank"]
             told = 8.0 * (NUMBERS + NUMBERS / 2.0) * interface / block["message"]["bandwidth"]
-            found["messages"] = 2.0 * block["gather_seconds"]["median"] + told
+            found["messages"] = 2.0 * block["gather_seconds"]["median"] * math.log2(ranks) / math.log2(like) + told
         return found
 
     def seconds(self, entry):

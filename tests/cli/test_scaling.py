@@ -146,8 +146,8 @@ class Quick(unittest.TestCase):
     def test_where_nets_stop(self):
         """On a machine of one's own: 1 ns a node, 1e10 flops, no time for messages."""
         block = {"flops_per_rank": 1e10, "message": {"bandwidth": 1e300}, "gather_seconds": {"median": 0.0}}
-        machine = types.SimpleNamespace(blocks={1: block, 2: block}, block=lambda ranks: block, turns=lambda ranks: 1.0,
-                                        exclusive=lambda ranks: ranks, slowdown=lambda ranks: 1.0)
+        machine = types.SimpleNamespace(blocks={1: block, 2: block}, block=lambda ranks: block, most_exclusive=2,
+                                        slowdown=lambda ranks: 1.0)
         solves = [{"ranks": ranks, "nodes": 1000, "junctions": 100, "interface": 0 if ranks == 1 else 14,
                    "seconds": {"median": 1e-6}} for ranks in (1, 2)]
         told = networks.Model({"solves": solves}, machine)
