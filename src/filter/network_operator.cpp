@@ -37,9 +37,9 @@ struct Strained {
       motion.at(k) = k < 3 ? 0.0 : left.at(k);
       motion.at(6 + k) = right.at(k) - (k < 3 ? left.at(k) : 0.0);
     }
-    for (std::size_t row = 0; row < 12; ++row) {
-      for (std::size_t k = 3; k < 12; ++k) {
-        force[row] += matrix[row][k] * motion[k];
+    for (std::size_t k = 3; k < 12; ++k) {
+      for (std::size_t row = 0; row < 12; ++row) {
+        force[row] += matrix[k][row] * motion[k];  // it is symmetric; rows side by side
       }
     }
   }
@@ -352,25 +352,33 @@ std::vector<double> NetworkOperator::forces(const double* displacement, const do
 template <class Visit>
 void NetworkOperator::each_element(const Visit& visit) const {
   const NetworkParameters& given = network_->parameters();
+  FrameElement element;
+  FrameElement::Matrix matrix{};
+  const Member* of = nullptr;  // whose the matrix is
+  const Axes* along = nullptr;
+  bool special = true;  // whether it is of an end of its own
   for (std::size_t number = 0; number < given.members.size(); ++number) {
     if (network_->member_ranks()[number] != network_->rank()) {
       continue;
     }
     const Member& member = given.members[number];
+    const Axes& axes = network_->axes(number);
     const MemberKind& kind = network_->kinds()[network_->kind(number)];
     const auto junction_at = [&](std::size_t end) {
       return static_cast<std::size_t>(std::ranges::lower_bound(touched_, member.ends.at(end).junction) -
                                       touched_.begin());
     };
-    FrameElement element;
-    FrameElement::Matrix matrix{};
     Placed placed{.member = number, .at_junction = {true, false}, .where = {junction_at(0), 0}};
     for (std::size_t i = 0; i < member.elements; ++i) {
       const bool last = i + 1 == member.elements;
-      if (i == 0 || (i == 1 && !plain(member.ends[0])) || (last && !plain(member.ends[1])) ||
-          kind.length(i) != element.length) {  // others are alike
+      const bool own = (i == 0 && !plain(member.ends[0])) || (last && !plain(member.ends[1]));
+      const bool other = i == 0 && (of == nullptr || of->section != member.section || *along != axes);
+      if (own || special || other || kind.length(i) != element.length) {  // others are alike
         element = element_of(member, kind.length(i), i);
-        matrix = element.stiffness(given.sections[member.section], network_->axes(number));
+        matrix = element.stiffness(given.sections[member.section], axes);
+        of = &member;
+        along = &axes;
+        special = own;
       }
       placed.at_junction[1] = last;
       placed.where[1] = last ? junction_at(1) : network_->node(number, i + 1).local;
