@@ -9,6 +9,7 @@ import math
 import measure
 
 NUMBERS = 6          # a junction and column
+SOLVE_BYTES = 96.0   # a node and solve: displacements twice, stretches written and read
 GRILLAGE = "grillage-10"
 MEMBERS = 180        # of it
 SIDES = (30, 100, 300)  # junctions along a side of the square nets beyond what was measured
@@ -56,16 +57,19 @@ class Model:
     def __init__(self, networks, machine):
         one = networks["solves"][0]
         self.per_node = one["seconds"]["median"] / one["nodes"]
+        self.footprint = SOLVE_BYTES * one["nodes"]
         self.machine = machine
         parted = [entry for entry in networks["solves"] if entry["ranks"] > 1]
         # A cut through a square net of side^2 junctions in P parts of one size passes constant side sqrt(P) of them.
         side = math.sqrt(one["junctions"])
         self.cut = max((e["interface"] / (side * math.sqrt(e["ranks"])) for e in parted), default=1.0)
 
-    def parts(self, nodes, ranks, interface):
-        """By what takes them. A junction of the interface is that of two ranks."""
-        like = ranks if ranks in self.machine.blocks else self.machine.most_exclusive
-        found = {"members": nodes / ranks * self.per_node * self.machine.slowdown(like)}
+    def parts(self, nodes, ranks, interface, like=None):
+        """By what takes them, with cores and messages as measured on `like` ranks, by default as many. A junction of
+        the interface is that of two ranks."""
+        like = like or ranks
+        slow = self.machine.bandwidth(1, self.footprint) / self.machine.bandwidth(like, self.footprint)
+        found = {"members": nodes / ranks * self.per_node * slow}
         if ranks > 1:
             like = max(like, 2)
             block = self.machine.block(like)
@@ -86,7 +90,7 @@ class Model:
         last, bound = 1, "members"
         for ranks in ladder[1:]:
             interface = min(side * side, self.cut * side * math.sqrt(ranks))
-            parts = self.parts(nodes, ranks, interface)
+            parts = self.parts(nodes, ranks, interface, min(ranks, self.machine.most_exclusive))
             # A member is on one rank: the fullest has a whole number of them.
             share = math.ceil(members / ranks) / (members / ranks)
             parts["whole members"] = parts["members"] * (share - 1.0)

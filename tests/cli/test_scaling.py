@@ -147,12 +147,12 @@ class Quick(unittest.TestCase):
         """On a machine of one's own: 1 ns a node, 1e10 flops, no time for messages."""
         block = {"flops_per_rank": 1e10, "message": {"bandwidth": 1e300}, "gather_seconds": {"median": 0.0}}
         machine = types.SimpleNamespace(blocks={1: block, 2: block}, block=lambda ranks: block, most_exclusive=2,
-                                        slowdown=lambda ranks: 1.0)
+                                        bandwidth=lambda ranks, footprint: 1e10)
         solves = [{"ranks": ranks, "nodes": 1000, "junctions": 100, "interface": 0 if ranks == 1 else 14,
                    "seconds": {"median": 1e-6}} for ranks in (1, 2)]
         told = networks.Model({"solves": solves}, machine)
         self.assertAlmostEqual(told.cut, 14 / (10 * 2 ** 0.5))
-        self.assertAlmostEqual(told.parts(1000, 4, 20)["interface"], 2 * 6 * 10 * 6 * 20 / 1e10)
+        self.assertAlmostEqual(told.parts(1000, 4, 20, 2)["interface"], 2 * 6 * 10 * 6 * 20 / 1e10)
         # The product, 144 (cut side)^2 / flops whatever the ranks, takes as long as a rank's members.
         net = told.limit(300, 1024)
         self.assertEqual(net["bound"], "interface")
