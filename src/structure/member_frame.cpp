@@ -1,5 +1,7 @@
 #include "structure/member_frame.hpp"
 
+#include <numeric>
+
 #include "structure/place_algebra.hpp"
 
 namespace udar {
@@ -83,6 +85,19 @@ Place end_place(const NetworkParameters& network, const Member& member, std::siz
 
 Place span_of(const NetworkParameters& network, const Member& member) {
   return end_place(network, member, 1) - end_place(network, member, 0);
+}
+
+std::vector<double> node_shares(const Member& member) {
+  std::vector<double> shares;
+  shares.reserve(member.elements);
+  const double whole = std::accumulate(member.spacing.begin(), member.spacing.end(), 0.0);
+  double before = 0.0;
+  for (std::size_t i = 1; i < member.elements; ++i) {
+    before += member.spacing.empty() ? 0.0 : member.spacing[i - 1];
+    shares.push_back(member.spacing.empty() ? static_cast<double>(i) / static_cast<double>(member.elements)
+                                            : before / whole);
+  }
+  return shares;
 }
 
 Axes axes_of(const NetworkParameters& network, const Member& member) {

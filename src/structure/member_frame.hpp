@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <vector>
 
 #include "udar/structure/network.hpp"
 
@@ -16,6 +17,8 @@ inline constexpr double kParallel = 1e-6;
 [[nodiscard]] Place end_place(const NetworkParameters& network, const Member& member, std::size_t end);
 /// @brief From a member's first end to its second [m].
 [[nodiscard]] Place span_of(const NetworkParameters& network, const Member& member);
+/// @brief Where a member's inner nodes stand, as shares of the way from its first end to its second.
+[[nodiscard]] std::vector<double> node_shares(const Member& member);
 /// @brief The axes of a member of some length whose orientation is not along it.
 [[nodiscard]] Axes axes_of(const NetworkParameters& network, const Member& member);
 /// @brief Whether a member's y axis is not to be had from its orientation.

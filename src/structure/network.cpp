@@ -162,17 +162,6 @@ double MemberKind::inner_length() const {
   return length;
 }
 
-std::vector<double> MemberKind::node_shares() const {
-  std::vector<double> shares;
-  double before = 0.0;
-  for (std::size_t i = 1; i < elements; ++i) {
-    before += equal_elements() ? 0.0 : lengths[i - 1];
-    shares.push_back((equal_elements() ? static_cast<double>(i) : before / element_length) /
-                     static_cast<double>(elements));
-  }
-  return shares;
-}
-
 double MemberSection::tube_radius() const { return radius > 0.0 ? radius : std::sqrt(area / std::numbers::pi); }
 
 Network::Network(MPI_Comm comm, NetworkParameters parameters)
@@ -277,7 +266,7 @@ void Network::place_points() {
     const double per_length = parameters_.sections[member.section].mass_per_length();
     const Place from = end_place(parameters_, member, 0);
     const Place span = span_of(parameters_, member);
-    const std::vector<double> shares = kind.node_shares();
+    const std::vector<double> shares = node_shares(member);
     for (std::size_t i = 1; i < member.elements; ++i) {
       const std::size_t local = node(index, i).local;
       mass[local] = per_length * kind.node_length(i);

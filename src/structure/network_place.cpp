@@ -54,8 +54,8 @@ std::vector<Place> node_places(const NetworkParameters& network) {
   for (const Member& member : network.members) {
     const Place from = end_place(network, member, 0);
     const Place span = span_of(network, member);
-    for (std::size_t i = 1; i < member.elements; ++i) {
-      places.push_back(from + (static_cast<double>(i) / static_cast<double>(member.elements)) * span);
+    for (const double share : node_shares(member)) {
+      places.push_back(from + share * span);
     }
   }
   return places;

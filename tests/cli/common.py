@@ -163,6 +163,14 @@ class UdarTest(unittest.TestCase):
         self.assertEqual(result.errors, [], result)
         return result
 
+    def refuse_case(self, options, words, ranks=0):
+        """Expects exit code 1 and one line of error with all the words."""
+        refused = run({"output_directory": self.scratch / "run", **options}, ranks)
+        self.assertEqual(refused.code, 1, refused)
+        self.assertEqual(len(refused.errors), 1, refused)
+        for word in words:
+            self.assertIn(word, refused.errors[0])
+
     def interrupt(self, process, after, timeout=60):
         """Sends SIGINT after some seconds and waits for the end."""
         try:

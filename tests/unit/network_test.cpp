@@ -21,6 +21,7 @@
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/member_shape.hpp"
+#include "udar/structure/network_place.hpp"
 
 namespace udar {
 namespace {
@@ -602,6 +603,14 @@ TEST(Network, TakesUnequalElements) {
   expect(network.node(2, 0), 1.4, 0.4);
   expect(network.node(2, 2), 2.0, 0.15);
   EXPECT_NEAR(network.points().total_mass(), 2.8 * per_length, 1e-13 * per_length);
+  const std::vector<Place> places = node_places(row);  // junctions, then two inner nodes of each member
+  ASSERT_EQ(places.size(), 5U + 4U * 2U);
+  for (std::size_t member = 0; member < 4; ++member) {
+    for (std::size_t i = 1; i < 3; ++i) {
+      const auto point = static_cast<std::size_t>(network.point(network.node(member, i), 1));
+      EXPECT_EQ(places[5 + 2 * member + i - 1].x, network.points().place(point).x);
+    }
+  }
   const double ratio = 24.0 * row.sections[0].bending(0) / (per_length * std::pow(0.1, 4.0));  // of the shortest
   EXPECT_NEAR(network.largest_ratio(), ratio, 1e-12 * ratio);
 }

@@ -187,17 +187,23 @@ bool ends(FreeMotion& motion, const std::vector<double>& velocity, const std::ve
   return motion.rigid();
 }
 
-TEST(FreeMotion, OfARigidBeamEndsAtItsFirstTerms) {
-  const double wf = 100.0;
-  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
-  FilteredStructure line{beam, {.filter_frequency = wf}};
+/// A beam that falls, at rest until a test gives it a velocity.
+struct Falling {
+  BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
+  FilteredStructure line{beam, {.filter_frequency = 100.0}};
   FreeMotion motion{line};
-  const auto count = static_cast<std::size_t>(beam.local_nodes());
-  std::vector<double> velocity(count);
-  const std::vector<double> acceleration(count, -test::kGravity);
-  const auto place = [&](std::size_t i) { return beam.position(beam.begin() + static_cast<PetscInt>(i)); };
+  std::vector<double> velocity = std::vector<double>(static_cast<std::size_t>(beam.local_nodes()));
+  std::vector<double> acceleration = std::vector<double>(velocity.size(), -test::kGravity);
+
+  [[nodiscard]] double place(std::size_t i) const { return beam.position(beam.begin() + static_cast<PetscInt>(i)); }
+};
+
+TEST(FreeMotion, OfARigidBeamEndsAtItsFirstTerms) {
+  Falling fall;
+  auto& [beam, line, motion, velocity, acceleration] = fall;
+  const std::size_t count = velocity.size();
   for (std::size_t i = 0; i < count; ++i) {
-    velocity[i] = 2.0 - 0.3 * (place(i) - 5.0);
+    velocity[i] = 2.0 - 0.3 * (fall.place(i) - 5.0);
   }
   const PetscInt before = line.solves();
   EXPECT_TRUE(ends(motion, velocity, acceleration));
@@ -213,23 +219,19 @@ TEST(FreeMotion, OfARigidBeamEndsAtItsFirstTerms) {
   // A vibration of a billionth of the motion goes on.
   std::vector<double> vibrating(velocity);
   for (std::size_t i = 0; i < count; ++i) {
-    vibrating[i] += 2e-9 * std::cos(2.0 * M_PI * place(i) / 10.0);
+    vibrating[i] += 2e-9 * std::cos(2.0 * M_PI * fall.place(i) / 10.0);
   }
   EXPECT_FALSE(ends(motion, vibrating, acceleration));
 }
 
 TEST(FreeMotion, IsRigidWhereItsVibrationGoesNoWay) {
-  const double wf = 100.0;
-  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(40)};
-  FilteredStructure line{beam, {.filter_frequency = wf}};
-  FreeMotion motion{line};
-  const auto count = static_cast<std::size_t>(beam.local_nodes());
-  std::vector<double> velocity(count);
-  const std::vector<double> acceleration(count, -test::kGravity);
+  Falling fall;
+  auto& [beam, line, motion, velocity, acceleration] = fall;
+  const std::size_t count = velocity.size();
   for (std::size_t i = 0; i < count; ++i) {
-    velocity[i] = 1e-6 * std::cos(2.0 * M_PI * beam.position(beam.begin() + static_cast<PetscInt>(i)) / 10.0);
+    velocity[i] = 1e-6 * std::cos(2.0 * M_PI * fall.place(i) / 10.0);
   }
-  const double t = 1.0 / wf;
+  const double t = 1.0 / line.filter_frequency();
   EXPECT_FALSE(ends(motion, velocity, acceleration, t));
   motion.extend(terms_for(motion, t, 1e-14));
   double way = 0.0;

@@ -116,8 +116,6 @@ struct MemberKind {
   }
   [[nodiscard]] double shortest() const;      ///< element [m]
   [[nodiscard]] double inner_length() const;  ///< whose mass all inner nodes have [m]
-  /// From the first end to inner node i, over the member's length [-].
-  [[nodiscard]] std::vector<double> node_shares() const;
 };
 
 /// @brief A spring to the ground against a rotation of a junction that nothing else resists.
