@@ -185,6 +185,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.output = input.output.output;
   settled.output.force_window = settled_force_window(input.output.output.force_window, settled);
   settled.restart = input.output.restart;
+  settled.wall_limit = input.output.wall_limit;
   settled.end_time = input.time.end;
   settled.view = input.output.view;
   return settled;

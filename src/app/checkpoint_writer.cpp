@@ -2,43 +2,93 @@
 
 #include <petscsys.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <ratio>
+#include <sstream>
+#include <system_error>
 
+#include "app/continued_run.hpp"
 #include "udar/app/describe_case.hpp"
 #include "udar/io/checkpoint.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/warnings.hpp"
 #include "udar/structure/description.hpp"
 
 namespace udar::app {
+namespace {
 
-CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
-                                   std::span<const std::unique_ptr<Observer>> others)
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kWarnings = "warnings";
+constexpr double kLongestPause = 1e6;  // [min]: the clock holds it
+
+}  // namespace
+
+CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure)
     : dynamics_{&dynamics},
       points_{structure.points()},
       cells_{structure.points().comm(), structure.topology()},
       path_{(std::filesystem::path{input.output.directory} / "restart.h5").string()},
       interval_{input.restart.interval},
-      parameters_{describe(input, structure).parameters()} {
-  for (const auto& other : others) {
-    others_.push_back(other.get());
-  }
+      pause_{std::chrono::duration_cast<Clock::duration>(
+          std::chrono::duration<double, std::ratio<60>>{std::min(input.restart.wall_minutes, kLongestPause)})},
+      written_{Clock::now()},
+      parameters_{describe(input, structure).parameters()},
+      texts_{texts_to_go_on()} {
+  int rank = 0;
+  MPI_Comm_rank(points_.comm(), &rank);
+  first_rank_ = rank == 0;
   set_next(0.0);
 }
 
+bool CheckpointWriter::due() const {
+  return first_rank_ && pause_ > Clock::duration::zero() && Clock::now() - written_ >= pause_;
+}
+
 void CheckpointWriter::step(const Progress& progress) {
-  if (interval_ > 0.0 && progress.time >= next_) {
-    for (Observer* other : others_) {
-      other->flush();
-    }
-    write();
+  const bool passed = interval_ > 0.0 && progress.time >= next_;
+  if (passed) {
     set_next(progress.time);
   }
+  if (passed || progress.checkpoint) {
+    write();
+  }
 }
-void CheckpointWriter::write() const {
+
+void CheckpointWriter::write() {
+  for (Observer* other : others_) {
+    other->flush();
+  }
   MotionState state = dynamics_->save();
   state.parameters = parameters_;
+  state.texts.insert(texts_.begin(), texts_.end());
+  for (const std::string& warning : petsc::warnings()) {
+    state.texts[kWarnings] += warning + '\n';
+  }
   io::write_checkpoint(points_, path_, state, &cells_);
+  written_ = Clock::now();
+}
+
+void CheckpointWriter::write_head(const std::string& from) const {
+  std::error_code error;
+  int same = first_rank_ && std::filesystem::equivalent(from, path_, error) ? 1 : 0;
+  MPI_Bcast(&same, 1, MPI_INT, 0, points_.comm());
+  if (same == 0) {
+    MotionState head;
+    head.parameters = parameters_;
+    head.texts = texts_;
+    io::write_checkpoint(points_, path_, head, &cells_);
+  }
+}
+
+void CheckpointWriter::restore(const MotionState& state) {
+  set_next(state.scalar("time"));
+  std::istringstream warnings{state.text(kWarnings)};
+  for (std::string warning; std::getline(warnings, warning);) {
+    petsc::keep_warning(warning);
+  }
 }
 
 /// The least multiple of the interval above `time`, or `time` itself if their distance is below its last digit.
@@ -50,7 +100,8 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure
   const auto accept = [&](std::span<const Parameter> there) {
     const std::string differ = differences(there, describe(input, structure).parameters());
     if (!differ.empty()) {
-      throw InputError{"option -restart_file: '" + input.restart.file + "' belongs to another case: " + differ};
+      throw InputError{std::string{"option "} + (input.restart.in_place ? "-continue" : "-restart_file") + ": '" +
+                       input.restart.file + "' belongs to another case: " + differ};
     }
   };
   const io::PointOrder points{structure.points()};

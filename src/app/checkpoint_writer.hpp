@@ -2,6 +2,8 @@
 /// @file
 /// restart.h5 of a run: when it is written, and what is accepted to go on from.
 
+#include <chrono>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,20 +16,29 @@
 
 namespace udar::app {
 
-/// @brief Writes restart.h5 after the first step beyond each multiple of the interval, at the end, and when somebody
-/// asks.
+/// @brief Writes restart.h5 after the first step beyond each multiple of the interval, by the clock, at the end, and
+/// when somebody asks.
+///
+/// It comes before all others of the run: what they add when they finish is no part of a run that goes on.
 class CheckpointWriter final : public Observer {
  public:
-  /// @param others what is flushed before, so that no row is missing between this run and the one that goes on
-  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure,
-                   std::span<const std::unique_ptr<Observer>> others);
+  CheckpointWriter(const ImpactDynamics& dynamics, const Case& input, const Structure& structure);
+
+  /// What is flushed before, so that rows and restart file fit together. It must outlive this object.
+  void flush_before(Observer& other) { others_.push_back(&other); }
 
   void step(const Progress& progress) override;
-  void restore(const MotionState& state) override { set_next(state.scalar("time")); }
+  void restore(const MotionState& state) override;
   void finish() override { write(); }
 
+  /// Whether the clock asks for one; rank 0's counts.
+  [[nodiscard]] bool due() const;
   /// @note Collective. @throws FileError on all ranks
-  void write() const;
+  void write();
+  /// @brief Writes one without a state: from now on it is known what run this is.
+  /// @param from where the run begins, empty: at t = 0; nothing is written in its place
+  /// @note Collective. @throws FileError on all ranks
+  void write_head(const std::string& from) const;
 
  private:
   void set_next(double time);
@@ -38,7 +49,11 @@ class CheckpointWriter final : public Observer {
   std::string path_;
   double interval_;
   double next_ = 0.0;
+  std::chrono::steady_clock::duration pause_;  ///< of the clock, between two; zero: none
+  std::chrono::steady_clock::time_point written_;
+  bool first_rank_;
   std::vector<Parameter> parameters_;
+  std::map<std::string, std::string> texts_;  ///< to go on by
   std::vector<Observer*> others_;
 };
 

@@ -76,7 +76,8 @@ std::optional<io::Summary> run_aside(MPI_Comm comm, const Case& other, const std
 
 std::optional<io::ModalEstimate> estimate_by_more_modes(MPI_Comm comm, const Case& input, const io::Summary& found,
                                                         const std::function<bool()>& stop) {
-  if (!input.modal || !input.modal_estimate || !found.completed || !input.restart.file.empty()) {
+  if (!input.modal || !input.modal_estimate || !found.completed ||
+      (!input.restart.file.empty() && !input.restart.in_place)) {
     return std::nullopt;
   }
   io::ModalEstimate estimate;

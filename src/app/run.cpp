@@ -1,13 +1,19 @@
 #include "udar/app/run.hpp"
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <iterator>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
+#include "app/continued_run.hpp"
 #include "app/modal_estimate.hpp"
 #include "app/run_costs.hpp"
 #include "app/run_output.hpp"
@@ -28,12 +34,56 @@
 namespace udar::app {
 namespace {
 
-Case asked_case(MPI_Comm comm) {
+Case asked_case(MPI_Comm comm, const std::optional<ContinuedRun>& continued) {
   static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
   register_types();
   petsc::check_petsc_options();
-  return resolve(comm, read_case(comm));
+  Case input = resolve(comm, read_case(comm));
+  if (continued) {
+    input.restart.in_place = true;
+    input.restart.file = continued->file.empty() ? input.restart.file : continued->file;
+  }
+  return input;
+}
+
+/// Whether there is nothing left to do, not even what comes at the end.
+bool is_complete(MPI_Comm comm, const Case& input, const MotionState& earlier) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  int ended = 0;
+  if (rank == 0) {
+    std::ifstream file{input.output.directory + "/summary.json"};
+    const std::string summary{std::istreambuf_iterator<char>{file}, {}};
+    const bool estimated =
+        !input.modal || !input.modal_estimate || summary.find("\"modal_estimate\"") != std::string::npos;
+    ended = !summary.empty() && estimated ? 1 : 0;
+  }
+  MPI_Bcast(&ended, 1, MPI_INT, 0, comm);
+  return ended != 0 && earlier.scalar("time") >= input.end_time;
+}
+
+/// The folder of a run, taken for this program alone.
+/// @param in_place the files there are gone on in @param continued files there are of this run
+std::unique_ptr<io::FolderLock> open_folder(MPI_Comm comm, const Case& input, bool in_place, bool continued) {
+  const std::string& folder = input.output.directory;
+  if (in_place) {
+    auto lock = std::make_unique<io::FolderLock>(comm, folder);
+    io::reopen_run_directory(comm, folder);
+    return lock;
+  }
+  std::error_code error;
+  const std::filesystem::path of_restart = std::filesystem::path{input.restart.file}.parent_path();
+  if (input.output.overwrite && !input.restart.file.empty() &&
+      std::filesystem::equivalent(of_restart.empty() ? "." : of_restart, folder, error)) {
+    petsc::warn(
+        comm,
+        "-output_overwrite removes the results in '%s' that its restart file belongs to; udar -continue %s goes "
+        "on in them",
+        folder.c_str(), folder.c_str());
+  }
+  io::prepare_run_directory(comm, folder, input.output.overwrite || continued, input.restart.file);
+  return std::make_unique<io::FolderLock>(comm, folder);
 }
 
 /// All that is said before the first step.
@@ -57,7 +107,7 @@ void introduce(const Case& input, Model& model, const std::vector<Mode>& modes) 
 
 /// Runs to the end, or to what ends it: the last good step is kept and reported then, too.
 io::Summary go(const Case& input, Model& model, ImpactDynamics& dynamics, RunOutput& output, const CostMark& begin) {
-  const RunMarks marks{.begin = begin, .stepping = cost_mark(), .solves_before = model.line.solves()};
+  const RunMarks marks{.begin = begin, .stepping = cost_mark()};
   try {
     dynamics.solve();
   } catch (const FileError&) {
@@ -71,10 +121,12 @@ io::Summary go(const Case& input, Model& model, ImpactDynamics& dynamics, RunOut
 }
 
 /// @param signal that this rank was sent, 0 for none @note Collective.
-int exit_code_of(MPI_Comm comm, bool completed, int signal) {
+int exit_code_of(MPI_Comm comm, bool completed, int signal, bool late) {
   constexpr int kStoppedBySteps = 3;
-  MPI_Allreduce(MPI_IN_PLACE, &signal, 1, MPI_INT, MPI_MAX, comm);
-  return completed ? 0 : signal != 0 ? 128 + signal : kStoppedBySteps;
+  constexpr int kStoppedByClock = 4;
+  std::array<int, 2> why{signal, late ? 1 : 0};
+  MPI_Allreduce(MPI_IN_PLACE, why.data(), 2, MPI_INT, MPI_MAX, comm);
+  return completed ? 0 : why[0] != 0 ? 128 + why[0] : why[1] != 0 ? kStoppedByClock : kStoppedBySteps;
 }
 
 /// Whose groups nobody here reads.
@@ -90,7 +142,8 @@ void refuse_keys_of_other_programs() {
 
 RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   const CostMark begin = cost_mark();
-  const Case input = asked_case(comm);
+  const std::optional<ContinuedRun> continued = take_up_run(comm);
+  const Case input = asked_case(comm, continued);
   const bool help = petsc::Session::help_requested();
   std::vector<Mode> modes;
   Model model{comm, input, [&](FilteredStructure& line) {
@@ -109,31 +162,40 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (!input.restart.file.empty()) {
     earlier = restore(dynamics, input, *model.structure);
   }
-  io::prepare_run_directory(comm, input.output.directory, input.output.overwrite, input.restart.file);
+  const bool in_place = continued && !continued->file.empty();
+  if (in_place && is_complete(comm, input, *earlier)) {
+    UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' has reached its end at t = %g s; a later -ts_max_time goes on\n",
+                          input.output.directory.c_str(), input.end_time));
+    return {};
+  }
+  const auto lock = open_folder(comm, input, in_place, continued.has_value());
   if (!input.write.empty()) {
     write_beam_matrices(*model.structure->chain(), input.write);
   }
   introduce(input, model, modes);
 
+  if (in_place) {
+    UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' goes on at t = %g s\n", input.output.directory.c_str(),
+                          earlier->scalar("time")));
+  }
   RunOutput output{input, model.line, dynamics, earlier ? &*earlier : nullptr};
   earlier.reset();
   if (hooks.listener) {
     dynamics.add_observer(hooks.listener(input, model.structure->points()));
   }
-  if (hooks.stop_signal) {
-    dynamics.set_stop_request([&] { return hooks.stop_signal() != 0; });
-  }
+  const auto signal = [&] { return hooks.stop_signal ? hooks.stop_signal() : 0; };
+  const auto late = [&] { return input.wall_limit > 0.0 && cost_mark().time - begin.time >= input.wall_limit; };
+  const auto stop = [&] { return signal() != 0 || late(); };
+  dynamics.set_stop_request(stop);
   io::Summary summary = go(input, model, dynamics, output, begin);
   output.require_present();
   // After everything of the run is on the disk: whatever becomes of the other run, this one is whole.
-  summary.modal_estimate = estimate_by_more_modes(
-      comm, input, summary, hooks.stop_signal ? [&] { return hooks.stop_signal() != 0; } : std::function<bool()>{});
+  summary.modal_estimate = estimate_by_more_modes(comm, input, summary, stop);
   if (summary.modal_estimate) {
     write(comm, input, summary);
   }
   print_end(comm, input, summary);
-  const int signal = hooks.stop_signal ? hooks.stop_signal() : 0;
-  return {.exit_code = exit_code_of(comm, summary.completed, signal), .summary = summary};
+  return {.exit_code = exit_code_of(comm, summary.completed, signal(), late()), .summary = summary};
 }
 
 }  // namespace udar::app

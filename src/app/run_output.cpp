@@ -9,37 +9,51 @@
 
 namespace udar::app {
 
+namespace {
+
+io::RunLayout layout_of(const Case& input, const FilteredStructure& line, const ImpactDynamics& dynamics,
+                        const MotionState* earlier) {
+  io::RunLayout layout = make_layout(input, line, dynamics.fields());
+  layout.earlier = input.restart.in_place ? earlier : nullptr;
+  return layout;
+}
+
+}  // namespace
+
+/// The head of the restart file comes before all files, so that there is none of a run that nobody knows.
 RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics,
                      const MotionState* earlier)
-    : forces_{input.supports.size(), input.output.interval, input.output.force_window,
-              io::sampling_interval(input.output.interval, longest_sample(input))},
-      observers_{io::make_run_writers(make_layout(input, line, dynamics.fields()), input.output.directory,
-                                      input.output.interval, input.output.field_interval, &forces_, &peaks_)},
-      files_{line.points().comm(), input.output.directory} {
+    : checkpoint_{dynamics, input, line.structure()},
+      forces_{input.supports.size(), input.output.interval, input.output.force_window,
+              io::sampling_interval(input.output.interval, longest_sample(input))} {
+  const io::RunLayout layout = layout_of(input, line, dynamics, earlier);
+  if (layout.earlier == nullptr) {
+    checkpoint_.write_head(input.restart.file);
+  }
+  observers_ = io::make_run_writers(layout, input.output.directory, input.output.interval, input.output.field_interval,
+                                    &forces_, &peaks_);
+  files_.emplace(line.points().comm(), input.output.directory);
   if (std::ranges::any_of(input.supports, [](const Support& support) { return support.field != nullptr; })) {
     auto errors = std::make_unique<FieldErrors>(line.points(), input);
     field_errors_ = errors.get();
     observers_.push_back(std::move(errors));
   }
-  auto writer = std::make_unique<CheckpointWriter>(dynamics, input, line.structure(), observers_);
-  checkpoint_ = writer.get();
-  observers_.push_back(std::move(writer));
   observers_.push_back(std::make_unique<ProgressLine>(line.points().comm()));
+  dynamics.add_observer(checkpoint_);
   for (const auto& observer : observers_) {
-    if (earlier != nullptr) {
-      observer->restore(*earlier);
-    }
+    checkpoint_.flush_before(*observer);
     dynamics.add_observer(*observer);
   }
+  if (earlier != nullptr) {
+    checkpoint_.restore(*earlier);
+    std::ranges::for_each(observers_, [&](const auto& observer) { observer->restore(*earlier); });
+  }
+  dynamics.set_checkpoint_request([this] { return checkpoint_.due(); });
 }
 
 void RunOutput::keep_last_step() {
-  for (const auto& observer : observers_) {
-    if (observer.get() != checkpoint_) {
-      observer->finish();
-    }
-  }
-  checkpoint_->write();
+  checkpoint_.write();
+  std::ranges::for_each(observers_, [](const auto& observer) { observer->finish(); });
 }
 
 }  // namespace udar::app

@@ -3,6 +3,7 @@
 /// The listeners of a run: all of its files, and the line on the terminal.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
@@ -18,25 +19,25 @@ namespace udar::app {
 /// @brief Opens the files of a run and has them written. It must outlive the run.
 class RunOutput {
  public:
-  /// @param earlier the state to go on from; null: the run starts at t = 0
+  /// @param earlier the state to go on from, in its files if `input.restart.in_place`; null: the run starts at t = 0
   /// @note Collective. @throws FileError on all ranks
   RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics, const MotionState* earlier);
 
   /// Keeps the last good step, and everything before it, of a run that failed. @note Collective.
   void keep_last_step();
   /// @throws FileError on all ranks if somebody took files away meanwhile @note Collective.
-  void require_present() const { files_.require_present(); }
+  void require_present() const { files_->require_present(); }
   [[nodiscard]] const io::SupportForces& forces() const noexcept { return forces_; }
   [[nodiscard]] const io::Peaks& peaks() const noexcept { return peaks_; }
   /// Null without height fields.
   [[nodiscard]] const FieldErrors* field_errors() const noexcept { return field_errors_; }
 
  private:
+  CheckpointWriter checkpoint_;
   io::SupportForces forces_;
   io::Peaks peaks_;
   std::vector<std::unique_ptr<Observer>> observers_;
-  io::RunFiles files_;
-  const CheckpointWriter* checkpoint_ = nullptr;
+  std::optional<io::RunFiles> files_;
   const FieldErrors* field_errors_ = nullptr;
 };
 

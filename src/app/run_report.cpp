@@ -71,7 +71,8 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
   summary.counts.repeated_steps = counts.repeated_steps;
   summary.counts.rhs_evaluations = counts.rhs_evaluations;
   summary.counts.row_line_solves = counts.row_line_solves;
-  summary.counts.line_solves = line.solves();
+  summary.counts.line_solves = counts.setup_line_solves + counts.line_solves;
+  summary.counts.stepping_line_solves = counts.line_solves;
   summary.counts.event_steps = counts.event_steps;
   summary.counts.impacts = counts.impacts;
   summary.counts.rests = counts.rests;
@@ -120,7 +121,6 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
     warn_of_field(line.points(), *errors, field_tolerance(input, dynamics));
   }
   io::Summary summary = gather_summary(input, line, dynamics, output);
-  summary.counts.stepping_line_solves = line.solves() - marks.solves_before;
   add_costs(comm, marks.begin, marks.stepping, end, summary);
   write(comm, input, summary);
   return summary;
@@ -138,8 +138,7 @@ void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
       summary.energy_drift, input.output.directory.c_str()));
   print_estimate(comm, summary);
   if (!summary.completed) {
-    UDAR_CALL(PetscPrintf(comm, "udar: continue with -restart_file %s/restart.h5 and another -output_directory\n",
-                          input.output.directory.c_str()));
+    UDAR_CALL(PetscPrintf(comm, "udar: go on with udar -continue %s\n", input.output.directory.c_str()));
   }
 }
 

@@ -12,9 +12,8 @@ namespace udar::app {
 
 /// @brief Where clocks and counters stood at two points of a run.
 struct RunMarks {
-  CostMark begin;              ///< of the run
-  CostMark stepping;           ///< of its first step
-  PetscInt solves_before = 0;  ///< line solves before that
+  CostMark begin;     ///< of the run
+  CostMark stepping;  ///< of its first step
 };
 
 /// @brief What there is to say of a run, but for costs; takes the warnings so far. @note Collective.

@@ -11,19 +11,22 @@ namespace {
 constexpr std::array kAskToStop{SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGUSR2};
 
 volatile std::sig_atomic_t signal_received = 0;
-volatile std::sig_atomic_t second_received = 0;  // of the monotonic clock, modulo what fits
+volatile std::sig_atomic_t tenth_received = 0;  // of a second, of the monotonic clock, modulo what fits
+// mpirun passes on what the terminal has sent already, and what it got twice.
+constexpr std::sig_atomic_t kSameOne = 3;
 
 std::sig_atomic_t now() noexcept {
+  constexpr long kTenth = 100'000'000;
   timespec time{};
   clock_gettime(CLOCK_MONOTONIC, &time);  // allowed in a handler
-  return static_cast<std::sig_atomic_t>(time.tv_sec % SIG_ATOMIC_MAX);
+  return static_cast<std::sig_atomic_t>((10 * time.tv_sec + time.tv_nsec / kTenth) % SIG_ATOMIC_MAX);
 }
 
 extern "C" void remember_signal(int number) {
   if (signal_received == 0) {
     signal_received = number;
-    second_received = now();
-  } else if (now() - second_received > 1) {
+    tenth_received = now();
+  } else if (now() - tenth_received > kSameOne) {
     std::signal(number, SIG_DFL);
     std::raise(number);  // pending until this returns
   }

@@ -16,6 +16,16 @@
 namespace udar {
 namespace {
 
+/// @name What is counted over all programs that a run goes through, beside the integrators' own.
+/// @{
+constexpr const char* kRepeatedSteps = "repeated_steps";
+constexpr const char* kRejectedSteps = "rejected_steps";
+constexpr const char* kEvaluations = "rhs_evaluations";
+constexpr const char* kRowLineSolves = "row_line_solves";
+constexpr const char* kLineSolves = "line_solves";
+/// @}
+const std::string kCounted = "counted ";  ///< before these names in a restart file
+
 using petsc::ReadArray;
 using petsc::WriteArray;
 
@@ -46,6 +56,7 @@ void save_contact(const ContactState& contact, std::size_t nodes, MotionState& s
                         {"rests", static_cast<double>(counts.rests)},
                         {"releases", static_cast<double>(counts.releases)},
                         {"resting", static_cast<double>(counts.resting)},
+                        {"event_steps", static_cast<double>(counts.event_steps)},
                         {"first_contact_time", counts.first_contact_time},
                         {"last_contact_time", counts.last_contact_time},
                         {"lost_in_impacts", counts.lost},
@@ -70,6 +81,7 @@ void restore_contact(const MotionState& state, std::size_t nodes, ContactState& 
   counts.rests = count("rests");
   counts.releases = count("releases");
   counts.resting = count("resting");
+  counts.event_steps = count("event_steps");
   counts.first_contact_time = state.scalar("first_contact_time");
   counts.last_contact_time = state.scalar("last_contact_time");
   counts.lost = state.scalar("lost_in_impacts");
@@ -153,10 +165,10 @@ bool ImpactDynamics::stop_between_rows(PetscInt rows) const {
   constexpr PetscInt kMostRows = 64;
   constexpr PetscInt kMostNodes = 2000000;  // some tenths of a second for the rows of so many nodes together
   const PetscInt every = std::clamp(kMostNodes / model_->structure->points().total(), PetscInt{1}, kMostRows);
-  if (!stop_requested_ || rows == 0 || rows % every != 0) {
+  if (!requests_.stop || rows == 0 || rows % every != 0) {
     return false;
   }
-  int stop = stop_requested_() ? 1 : 0;
+  int stop = requests_.stop() ? 1 : 0;
   MPI_Allreduce(MPI_IN_PLACE, &stop, 1, MPI_INT, MPI_MAX, model_->structure->points().comm());
   return stop != 0;
 }
@@ -222,7 +234,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   step.masses(time, row.masses.position, row.masses.velocity, row.resting);
   const PetscInt solves = model_->line.solves();
   model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true);
-  row_line_solves_ += model_->line.solves() - solves;
+  counters_.row_line_solves += model_->line.solves() - solves;
   const FilterOperator& filter = model_->line.filter_operator();
   row.internal.resize(filter.internal_fields().size() * filter.internal_places());
   filter.internal_values(row.line.moment, row.internal);
@@ -255,13 +267,14 @@ void ImpactDynamics::tell_events() {
   }
 }
 
-void ImpactDynamics::tell_progress() {
+void ImpactDynamics::tell_progress(bool checkpoint) {
   const Progress progress{.time = time_,
                           .end_time = stepping_.end_time,
                           .steps = steps_,
                           .impacts = contact_.counts().impacts,
                           .resting = contact_.counts().resting,
-                          .energy_drift = balance_.ledger().drift()};
+                          .energy_drift = balance_.ledger().drift(),
+                          .checkpoint = checkpoint};
   for (Observer* observer : schedule_.observers()) {
     const petsc::LogScope output{petsc::log_events().output};
     observer->step(progress);
@@ -269,6 +282,8 @@ void ImpactDynamics::tell_progress() {
 }
 
 void ImpactDynamics::start() {
+  counters_.setup_line_solves = model_->line.solves();
+  counters_.before[kLineSolves] -= counters_.setup_line_solves;
   if (phase_ == Phase::restored) {
     schedule_.resume(std::max(time_, last_row_time_));  // up to there the run that wrote the restart file took them
   } else {
@@ -329,7 +344,7 @@ void ImpactDynamics::limit_step(double next_step) {
 }
 
 /// Ends the journal of the step, or the run. @param[out] stop not zero where some rank asked to
-void ImpactDynamics::judge_step(double time, double& stop) {
+ImpactDynamics::Asked ImpactDynamics::judge_step(double time) {
   std::string fallen;
   {
     const ReadArray state{state_};
@@ -339,14 +354,15 @@ void ImpactDynamics::judge_step(double time, double& stop) {
                              .before = stepping_.integrator->start_of_step(),
                              .position = {state.values(), count()}});
   }
-  const bool stop_here = stop_requested_ && stop_requested_();
-  std::array<double, 2> told{stop_here ? 1.0 : 0.0, fallen.empty() ? 0.0 : 1.0};
+  const bool stop_here = requests_.stop && requests_.stop();
+  const bool wanted_here = requests_.checkpoint && requests_.checkpoint();
+  std::array<double, 3> told{stop_here ? 1.0 : 0.0, wanted_here ? 1.0 : 0.0, fallen.empty() ? 0.0 : 1.0};
   contact_.commit(time, told);
-  stop = told[0];
-  if (told[1] != 0.0) {
+  if (told[2] != 0.0) {
     throw_together<SolveError>(model_->structure->points().comm(), fallen);
   }
   standstill_.see(time_, time, contact_.any_events(), step_was_cut_);
+  return {.stop = told[0] != 0.0, .checkpoint = told[1] != 0.0};
 }
 
 void ImpactDynamics::after_step() {
@@ -356,8 +372,7 @@ void ImpactDynamics::after_step() {
   emit_snapshots(time);
   const double load_work = balance_.load_work(integrator, time_, time);
   integrator.apply_events();
-  double stop = 0.0;
-  judge_step(time, stop);
+  const Asked asked = judge_step(time);
   balance_.end_step(load_work);
   steps_ += time > time_ ? 1 : 0;
   tell_events();
@@ -370,13 +385,13 @@ void ImpactDynamics::after_step() {
   }
   const double next_step = integrator.next_step();
   limit_step(step_was_cut_ ? std::max(next_step, wanted_step_) : next_step);
-  UDAR_CALL(TSGetStepRejections(stepping_.ts, &rejected_steps_));
-  if (stop != 0.0) {
+  UDAR_CALL(TSGetStepRejections(stepping_.ts, &counters_.rejected_steps));
+  if (asked.stop) {
     UDAR_CALL(TSSetConvergedReason(stepping_.ts, TS_CONVERGED_USER));
   } else if (stepping_.end_time - time <= time_resolution(stepping_.end_time)) {
     UDAR_CALL(TSSetConvergedReason(stepping_.ts, TS_CONVERGED_TIME));
   }
-  tell_progress();
+  tell_progress(asked.checkpoint);
 }
 
 void ImpactDynamics::solve() {
@@ -412,11 +427,41 @@ void ImpactDynamics::solve() {
 RunCounts ImpactDynamics::counts() const {
   RunCounts counts{contact_.counts()};
   counts.steps = steps_;
-  counts.repeated_steps = stepping_.integrator->repeated_steps();
-  counts.rejected_steps = rejected_steps_;
-  counts.rhs_evaluations = stepping_.integrator->evaluations();
-  counts.row_line_solves = row_line_solves_;
+  const std::map<std::string, PetscInt> all = counted();
+  counts.repeated_steps = all.at(kRepeatedSteps);
+  counts.rejected_steps = all.at(kRejectedSteps);
+  counts.rhs_evaluations = all.at(kEvaluations);
+  counts.row_line_solves = all.at(kRowLineSolves);
+  counts.line_solves = all.at(kLineSolves);
+  counts.setup_line_solves = counters_.setup_line_solves;
   return counts;
+}
+
+/// In this program, whatever has been counted before.
+std::map<std::string, PetscInt> ImpactDynamics::counted_here() const {
+  std::map<std::string, PetscInt> all = stepping_.integrator->tally();
+  all.insert({{kRepeatedSteps, stepping_.integrator->repeated_steps()},
+              {kRejectedSteps, counters_.rejected_steps},
+              {kEvaluations, stepping_.integrator->evaluations()},
+              {kRowLineSolves, counters_.row_line_solves},
+              {kLineSolves, model_->line.solves()}});
+  return all;
+}
+
+std::map<std::string, PetscInt> ImpactDynamics::counted() const {
+  std::map<std::string, PetscInt> all = counted_here();
+  for (auto& [name, count] : all) {
+    const auto before = counters_.before.find(name);
+    count += before != counters_.before.end() ? before->second : 0;
+  }
+  return all;
+}
+
+std::map<std::string, PetscInt> ImpactDynamics::tally() const {
+  std::map<std::string, PetscInt> own = counted();
+  const std::map<std::string, PetscInt> integrators = stepping_.integrator->tally();
+  std::erase_if(own, [&](const auto& entry) { return !integrators.contains(entry.first); });
+  return own;
 }
 
 double ImpactDynamics::streamed_bytes() const {
@@ -448,6 +493,9 @@ MotionState ImpactDynamics::save() const {
                    {"last_row_time", last_row_time_},
                    {"wanted_step", wanted_step_},
                    {"steps", static_cast<double>(steps_)}};
+  for (const auto& [name, number] : counted()) {
+    saved.scalars[kCounted + name] = static_cast<double>(number);
+  }
   save_contact(contact_, count(), saved);
   balance_.save(saved);
   stepping_.integrator->save(saved);
@@ -486,6 +534,12 @@ void ImpactDynamics::restore(const MotionState& state) {
   } else {
     take_over();
   }
+  for (const auto& [name, here] : counted_here()) {
+    const auto saved = state.scalars.find(kCounted + name);
+    counters_.before[name] = saved != state.scalars.end() ? static_cast<PetscInt>(saved->second) - here : 0;
+  }
+  // The solves from here to the first step are none of the stepping: see `start`.
+  counters_.before[kLineSolves] += model_->line.solves();
   phase_ = Phase::restored;
 }
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <system_error>
 
 #include "io/file_checksum.hpp"
@@ -23,7 +24,10 @@ constexpr const char* kFormat = "udar checkpoint";
 constexpr const char* kParameters = "/parameters";
 constexpr const char* kOfPoints = "/node_fields";
 constexpr const char* kOfCells = "/cell_fields";
-constexpr std::int64_t kFormatVersion = 4;
+constexpr const char* kScalars = "/scalars";
+constexpr const char* kTime = "time";
+constexpr const char* kTexts = "/texts";
+constexpr std::int64_t kFormatVersion = 5;
 
 /// Sum over all nodes, modulo 2^64, of the bits of each value times an odd number of its node: the same on any number
 /// of ranks, and different if a value, or the place of one, is.
@@ -50,10 +54,13 @@ int sync_path(const std::string& path) {
   return error;
 }
 
-/// Puts the finished file in the place of the older one; returns errno, 0 if all went well.
+/// Puts the finished file in the place of the older one, which is kept; returns errno, 0 if all went well.
 int replace(const std::string& finished, const std::string& path) {
   if (const int error = sync_path(finished); error != 0) {
     return error;
+  }
+  if (std::rename(path.c_str(), previous_checkpoint(path).c_str()) != 0 && errno != ENOENT) {
+    return errno;
   }
   if (std::rename(finished.c_str(), path.c_str()) != 0) {
     return errno;
@@ -96,19 +103,43 @@ void write_content(Hdf5File& file, const PointOrder& points, const PointOrder* c
   for (const auto& [name, value] : state.parameters) {
     file.add_attribute(kParameters, name, value);
   }
-  file.add_group("/scalars");
+  file.add_group(kScalars);
   for (const auto& [name, value] : state.scalars) {
-    file.add_attribute("/scalars", name, value);
+    file.add_attribute(kScalars, name, value);
   }
   file.add_group("/tables");
   for (const auto& [name, values] : state.tables) {
     file.add_small("/tables/" + name, values);
+  }
+  file.add_group(kTexts);
+  for (const auto& [name, text] : state.texts) {
+    file.add_bytes(std::string{kTexts} + "/" + name, text);
   }
   write_fields(file, kOfPoints, points, state.fields);
   if (cells != nullptr) {
     write_fields(file, kOfCells, *cells, state.cells);
   }
   file.close();
+}
+
+/// One that is whole, and of this version.
+std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path) {
+  const std::string failure = checksum_failure(comm, path);
+  throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
+  auto file = std::make_unique<Hdf5File>(comm, path, Hdf5File::Access::read, "restart file");
+  file->agree(file->has("/", "format") && file->read_text("/", "format") == kFormat, "not a checkpoint of udar");
+  const std::int64_t version = file->read_int("/", "format_version");
+  file->agree(version == kFormatVersion, "a checkpoint of format " + std::to_string(version) + ", known here is " +
+                                             std::to_string(kFormatVersion));
+  return file;
+}
+
+std::map<std::string, std::string> read_texts(Hdf5File& file) {
+  std::map<std::string, std::string> texts;
+  for (const std::string& name : file.dataset_names(kTexts)) {
+    texts[name] = file.read_bytes(std::string{kTexts} + "/" + name);
+  }
+  return texts;
 }
 
 }  // namespace
@@ -134,17 +165,25 @@ void write_checkpoint(const PointOrder& points, const std::string& path, const M
   throw_together<FileError>(comm, error != 0 ? cannot_write(path, std::generic_category().message(error)) : "");
 }
 
+std::string previous_checkpoint(const std::string& path) {
+  const std::filesystem::path file{path};
+  return (file.parent_path() / (file.stem().string() + ".previous" + file.extension().string())).string();
+}
+
+std::string checkpoint_failure(MPI_Comm comm, const std::string& path) { return checksum_failure(comm, path); }
+
+CheckpointHead read_checkpoint_head(MPI_Comm comm, const std::string& path) {
+  const auto file = open_checkpoint(comm, path);
+  CheckpointHead head{.texts = read_texts(*file), .begun = file->has(kScalars, kTime)};
+  file->close();
+  return head;
+}
+
 MotionState read_checkpoint(const PointOrder& points, const std::string& path,
                             const std::function<void(std::span<const Parameter>)>& accept, const PointOrder* cells) {
-  const MPI_Comm comm = points.comm();
   const NodeRange& nodes = points.range();
-  const std::string failure = checksum_failure(comm, path);
-  throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
-  Hdf5File file{comm, path, Hdf5File::Access::read, "restart file"};
-  file.agree(file.has("/", "format") && file.read_text("/", "format") == kFormat, "not a checkpoint of udar");
-  const std::int64_t version = file.read_int("/", "format_version");
-  file.agree(version == kFormatVersion,
-             "a checkpoint of format " + std::to_string(version) + ", known here is " + std::to_string(kFormatVersion));
+  const auto opened = open_checkpoint(points.comm(), path);
+  Hdf5File& file = *opened;
   MotionState state;
   for (const std::string& name : file.attribute_names(kParameters)) {
     state.parameters.push_back({.name = name, .value = file.read_text(kParameters, name)});
@@ -155,15 +194,17 @@ MotionState read_checkpoint(const PointOrder& points, const std::string& path,
   if (file.has("/", "integrator")) {
     state.integrator = file.read_text("/", "integrator");
   }
+  file.agree(file.has(kScalars, kTime), "it was written before the first step of the run, which has to begin anew");
   const std::int64_t total = file.read_int("/", "nodes");
   file.agree(total == nodes.total,
              "a checkpoint of " + std::to_string(total) + " nodes, this run has " + std::to_string(nodes.total));
-  for (const std::string& name : file.attribute_names("/scalars")) {
-    state.scalars[name] = file.read_double("/scalars", name);
+  for (const std::string& name : file.attribute_names(kScalars)) {
+    state.scalars[name] = file.read_double(kScalars, name);
   }
   for (const std::string& name : file.dataset_names("/tables")) {
     state.tables[name] = file.read_small("/tables/" + name);
   }
+  state.texts = read_texts(file);
   state.fields = read_fields(file, kOfPoints, points);
   if (cells != nullptr) {
     state.cells = read_fields(file, kOfCells, *cells);

@@ -6,6 +6,7 @@
 #include "io/text_file.hpp"
 #include "io/writers.hpp"
 #include "udar/io/csv.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
@@ -24,10 +25,22 @@ class EventTable {
  public:
   using Append = void (ResultsFile::*)(std::span<const Record>);
 
-  EventTable(MPI_Comm comm, const std::string& folder, std::string name, const std::string& header,
+  EventTable(const RunLayout& layout, const std::string& folder, std::string name, const std::string& header,
              const std::shared_ptr<ResultsFile>& results, Append append)
-      : comm_{comm}, name_{std::move(name)}, results_{results}, append_{append}, file_{comm, folder + name_} {
-    file_.append(header);
+      : comm_{layout.comm()},
+        name_{std::move(name)},
+        results_{results},
+        append_{append},
+        file_{comm_, folder + name_, {.header = header}, layout.earlier} {
+    if (layout.earlier != nullptr) {
+      text_rows_ = static_cast<PetscInt>(layout.earlier->scalar(name_of_rows()));
+      text_ended_ = text_rows_ > kTextRowsMax;
+    }
+  }
+
+  void save(MotionState& state) const {
+    file_.save(state);
+    state.scalars[name_of_rows()] = static_cast<double>(text_ended_ ? kTextRowsMax + 1 : text_rows_);
   }
 
   /// @param all rows of all ranks
@@ -66,6 +79,8 @@ class EventTable {
   void sync() { file_.sync(); }
 
  private:
+  [[nodiscard]] std::string name_of_rows() const { return "rows of " + name_; }
+
   void end_text() {
     if (!text_ended_) {
       UDAR_CALL(
@@ -93,13 +108,18 @@ class EventWriter final : public BlockWriter {
         results_{results},
         points_{layout.points},
         rows_{layout.rows},
-        impacts_{layout.comm(), folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
-        rests_{layout.comm(), folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
+        impacts_{layout, folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
+        rests_{layout, folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
 
   void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
               const EventCounts& all) override {
     impacts_.add(in_user_numbers(impacts), all.impacts, impact_rows);
     rests_.add(in_user_numbers(rests), all.rests, rest_rows);
+  }
+
+  void save(MotionState& state) const override {
+    impacts_.save(state);
+    rests_.save(state);
   }
 
   void finish() override {

@@ -11,9 +11,10 @@ class FieldWriter final : public Observer {
  public:
   FieldWriter(const RunLayout& layout, const std::string& folder, const std::shared_ptr<ResultsFile>& results,
               double interval)
-      : results_{results}, interval_{interval} {
+      : results_{results}, interval_{interval}, times_{results->field_times()} {
     if (interval_ > 0.0) {
       xdmf_ = std::make_unique<XdmfFile>(layout, folder + "results.xdmf", kResults, "results.vtkhdf:/VTKHDF/Points");
+      rows_shown_ = static_cast<std::size_t>(xdmf_->rows());
       vtkhdf_ = std::make_unique<VtkHdfFile>(layout, folder + "results.vtkhdf", kResults);
     }
   }
@@ -32,6 +33,13 @@ class FieldWriter final : public Observer {
   void flush() override {
     results_->flush();
     show_rows();
+  }
+
+  void save(MotionState& state) const override {
+    results_->save(state);
+    if (xdmf_) {
+      xdmf_->save(state);
+    }
   }
 
   void finish() override {

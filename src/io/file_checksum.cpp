@@ -1,7 +1,6 @@
 #include "io/file_checksum.hpp"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -50,25 +49,9 @@ class OpenFile {
   }
 
   [[nodiscard]] int error() const noexcept { return descriptor_ < 0 ? errno : 0; }
-  [[nodiscard]] std::uint64_t size() const noexcept {
-    struct stat status{};
-    return descriptor_ >= 0 && fstat(descriptor_, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
-  }
-  /// Reads `bytes` at `offset`; returns errno, 0 if all went well. A file that ends before is an error.
-  int read(char* to, std::size_t bytes, std::uint64_t offset) const {
-    while (bytes > 0) {
-      const ssize_t got = pread(descriptor_, to, bytes, static_cast<off_t>(offset));
-      if (got <= 0) {
-        if (got < 0 && errno == EINTR) {
-          continue;
-        }
-        return got < 0 ? errno : EIO;
-      }
-      to += got;
-      bytes -= static_cast<std::size_t>(got);
-      offset += static_cast<std::uint64_t>(got);
-    }
-    return 0;
+  [[nodiscard]] std::uint64_t size() const { return descriptor_ >= 0 ? size_of_file(descriptor_) : 0; }
+  [[nodiscard]] int read(char* to, std::size_t bytes, std::uint64_t offset) const {
+    return read_fully(descriptor_, to, bytes, offset);
   }
 
  private:

@@ -19,6 +19,7 @@
 
 #include "io/file_checksum.hpp"
 #include "io/hdf5_types.hpp"
+#include "io/text_file.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar::io {
@@ -89,11 +90,6 @@ int reserve_space(int descriptor, std::uint64_t begin, std::uint64_t bytes) {
   return full ? ENOSPC : 0;
 }
 
-std::uint64_t size_of(int descriptor) {
-  struct stat status{};
-  return fstat(descriptor, &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
-}
-
 /// Returns when all ranks take part in `request`; ends the program if they do not.
 void wait_for_others(MPI_Comm comm, MPI_Request* request, const std::string& text) {
   const auto start = std::chrono::steady_clock::now();
@@ -134,6 +130,23 @@ Hdf5File::Hdf5File(MPI_Comm comm, std::string path, Access access, std::string q
   }
 }
 
+Hdf5File::Hdf5File(MPI_Comm comm, std::string path, const Mark& mark)
+    : comm_{comm},
+      path_{std::move(path)},
+      quantity_{"output directory"},
+      access_{Access::go_on},
+      exceptions_{std::uncaught_exceptions()} {
+  MPI_Comm_rank(comm_, &rank_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  try {
+    put_back(mark);
+    open();
+  } catch (...) {
+    abandon();
+    throw;
+  }
+}
+
 Hdf5File::~Hdf5File() {
   int finalized = 0;
   MPI_Finalized(&finalized);
@@ -161,7 +174,7 @@ void Hdf5File::abandon() noexcept {
 }
 
 std::string Hdf5File::message(const std::string& reason) const {
-  return quantity_ + (access_ == Access::create ? ": cannot write '" : ": cannot read '") + path_ + "': " + reason;
+  return quantity_ + (access_ == Access::read ? ": cannot read '" : ": cannot write '") + path_ + "': " + reason;
 }
 
 void Hdf5File::agree(bool ok, const std::string& reason) {
@@ -193,12 +206,7 @@ void Hdf5File::create() {
   const int error = rank_ == 0 ? reserve_space(descriptor_, 0, kMetadataBytes) : 0;
   agree(error == 0, system_reason(error));
 
-  const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
-  bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
-  ok = ok && H5Pset_coll_metadata_write(access, true) >= 0;
-  ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
-  agree(ok);
-  file_ = Hdf5Id{H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
+  file_ = Hdf5Id{H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_together()), H5Fclose};
   agree(file_.valid());
   set_transfer();
 }
@@ -218,13 +226,20 @@ void Hdf5File::open() {
   }
   agree(reason.empty(), reason);
 
-  const Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
-  bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
-  ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
-  agree(ok);
-  file_ = Hdf5Id{H5Fopen(path_.c_str(), H5F_ACC_RDONLY, access), H5Fclose};
+  const unsigned writing = access_ == Access::go_on ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
+  file_ = Hdf5Id{H5Fopen(path_.c_str(), writing, access_together()), H5Fclose};
   agree(file_.valid());
   set_transfer();
+}
+
+/// Metadata are the business of all ranks at once.
+Hdf5Id Hdf5File::access_together() {
+  Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
+  bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
+  ok = ok && H5Pset_coll_metadata_write(access, true) >= 0;
+  ok = ok && H5Pset_all_coll_metadata_ops(access, true) >= 0;
+  agree(ok);
+  return access;
 }
 
 void Hdf5File::set_transfer() {
@@ -279,7 +294,7 @@ void Hdf5File::require_usable() const {
 
 void Hdf5File::flush() {
   require_usable();
-  const std::uint64_t before = rank_ == 0 ? size_of(descriptor_) : 0;
+  const std::uint64_t before = rank_ == 0 ? size_of_file(descriptor_) : 0;
   // HDF5 writes where the file ends before it sets its size: readers refuse what a kill leaves between the two. So the
   // file first grows beyond any end it may get, here of empty space, and HDF5 cuts it where it ends.
   const std::uint64_t grown = std::max(before, flushed_end_ + pending_ + kMetadataBytes + 1);
@@ -287,10 +302,10 @@ void Hdf5File::flush() {
   MPI_Barrier(comm_);
   agree(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0);
   if (rank_ == 0) {
-    if (grows && size_of(descriptor_) == grown) {  // HDF5 cuts where its end has moved only
+    if (grows && size_of_file(descriptor_) == grown) {  // HDF5 cuts where its end has moved only
       std::ignore = ftruncate(descriptor_, static_cast<off_t>(before));
     }
-    const std::uint64_t end = size_of(descriptor_);
+    const std::uint64_t end = size_of_file(descriptor_);
     assert(end <= flushed_end_ + pending_ + kMetadataBytes);  // else too little was reserved
     flushed_end_ = std::max(flushed_end_, end);
   }
@@ -312,7 +327,7 @@ void Hdf5File::close() {
   if (!file_.valid()) {
     return;
   }
-  if (access_ == Access::create) {
+  if (access_ != Access::read) {
     flush();
   }
   growing_.clear();
@@ -385,6 +400,7 @@ void Hdf5File::add_dataset(const std::string& name, hid_t type, const NodeRange&
   agree(data.valid());
   if (range.total > 0) {
     agree(H5Dwrite(data, type, memory_space, space, transfer_, values) >= 0);
+    note_values(H5Dget_offset(data), total[0] * width * H5Tget_size(type));
   }
 }
 
@@ -400,6 +416,10 @@ void Hdf5File::add_small(const std::string& name, std::span<const double> values
 
 void Hdf5File::add_small(const std::string& name, std::span<const std::int64_t> values) {
   add_dataset(name, H5T_NATIVE_INT64, on_first(values.size()), values.data());
+}
+
+void Hdf5File::add_bytes(const std::string& name, const std::string& bytes) {
+  add_dataset(name, H5T_NATIVE_UINT8, on_first(bytes.size()), bytes.data());
 }
 
 void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values) {
@@ -438,8 +458,13 @@ void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns,
   }
   data.chunk_bytes = data.chunk_rows * chunk_columns * cell;
 
-  spend(0);
   const int rank = columns == 0 ? 1 : (components == 1 ? 2 : 3);
+  if (access_ == Access::go_on && H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0) {
+    open_growing(data, name, rank);
+    growing_.insert_or_assign(name, std::move(data));
+    return;
+  }
+  spend(0);
   const std::array<hsize_t, 3> extent{0, columns, components};
   const std::array<hsize_t, 3> most{H5S_UNLIMITED, columns, components};
   const std::array<hsize_t, 3> chunk{data.chunk_rows, chunk_columns, components};

@@ -82,6 +82,19 @@ std::vector<double> Hdf5File::read_small(const std::string& name) {
   return values;
 }
 
+std::string Hdf5File::read_bytes(const std::string& name) {
+  const Hdf5Id data{H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose};
+  agree(data.valid());
+  const Hdf5Id space{H5Dget_space(data), H5Sclose};
+  const hssize_t total = H5Sget_simple_extent_npoints(space);
+  agree(total >= 0);
+  std::string bytes(static_cast<std::size_t>(total), '\0');
+  if (total > 0) {
+    agree(H5Dread(data, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, transfer_, bytes.data()) >= 0);
+  }
+  return bytes;
+}
+
 std::vector<double> Hdf5File::read_node_values(const std::string& name, const NodeRange& nodes) {
   const Hdf5Id data{H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose};
   agree(data.valid());

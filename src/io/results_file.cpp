@@ -10,6 +10,7 @@
 
 #include "udar/io/hdf5_file.hpp"
 #include "udar/io/versions.hpp"
+#include "udar/motion/motion_state.hpp"
 #include "udar/petsc/log.hpp"
 
 namespace udar::io {
@@ -265,32 +266,64 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   }
 }
 
+/// A table of records, or the one that is there.
+void add_table(Hdf5File& file, bool anew, const char* name, hid_t type, const char* units) {
+  file.add_records(name, type);
+  if (anew) {
+    add_units(file, name, units);
+  }
+}
+
+constexpr const char* kExtents = "results.h5 extents";
+constexpr const char* kPieces = "results.h5";
+
+std::unique_ptr<Hdf5File> open_results(const RunLayout& layout, const std::string& path) {
+  if (layout.earlier == nullptr) {
+    return std::make_unique<Hdf5File>(layout.comm(), path, Hdf5File::Access::create);
+  }
+  return std::make_unique<Hdf5File>(
+      layout.comm(), path,
+      Hdf5File::Mark{.extents = layout.earlier->table(kExtents), .pieces = layout.earlier->text(kPieces)});
+}
+
 }  // namespace
 
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
-    : file_{std::make_unique<Hdf5File>(layout.comm(), path, Hdf5File::Access::create)},
+    : file_{open_results(layout, path)},
       rows_{layout.rows},
       fields_{layout.rows->fields(layout.fields)},
-      supports_{static_cast<PetscInt>(layout.supports.size())} {
+      supports_{static_cast<PetscInt>(layout.supports.size())},
+      anew_{layout.earlier == nullptr} {
   int rank = 0;
   MPI_Comm_rank(layout.comm(), &rank);
   first_rank_ = rank == 0;
-  add_layout(*file_, layout);
-  file_->add_group("/fields");
-  file_->add_records(kFieldTime, H5T_NATIVE_DOUBLE);
-  add_units(*file_, kFieldTime, "s");
+  if (anew_) {
+    add_layout(*file_, layout);
+    file_->add_group("/fields");
+  }
+  add_table(*file_, anew_, kFieldTime, H5T_NATIVE_DOUBLE, "s");
   for (const FileField& field : fields_) {
     file_->add_rows(field.path(), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE,
                     rows_->order_of(field.where).range().total, field.components);
-    add_description(*file_, field.path(), field);
+    if (anew_) {
+      add_description(*file_, field.path(), field);
+    }
   }
-  file_->add_records("/impacts", impact_type());
-  add_units(*file_, "/impacts", "s,1,m,1,m/s,m/s,N s,J");
-  file_->add_records("/rests", rest_type());
-  add_units(*file_, "/rests", "s,1,m,1,1");
-  file_->add_records("/energy", energy_type());
-  add_units(*file_, "/energy", "s,J,J,J,J,J,J,J,J,J,J,J,1");
+  add_table(*file_, anew_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
+  add_table(*file_, anew_, "/rests", rest_type(), "s,1,m,1,1");
+  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
+  field_rows_ = field_rows_on_disk_ = file_->rows(kFieldTime);
+}
+
+void ResultsFile::save(MotionState& state) const {
+  Hdf5File::Mark mark = file_->mark();
+  state.tables[kExtents] = std::move(mark.extents);
+  state.texts[kPieces] = std::move(mark.pieces);
+}
+
+std::vector<double> ResultsFile::field_times() const {
+  return field_rows_ > 0 ? file_->read_small(kFieldTime) : std::vector<double>{};
 }
 
 ResultsFile::~ResultsFile() = default;
@@ -350,17 +383,21 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
 }
 
 void ResultsFile::add_contact(double force_window, bool supports_move) {
-  file_->add_records(kContact, contact_type());
-  add_units(*file_, kContact, "s,1,m,m,N,N s");
-  file_->add_group("/supports");
-  file_->add_attribute("/supports", "force_window", force_window);
-  file_->add_rows(kForce, H5T_NATIVE_DOUBLE, supports_);
-  add_units(*file_, kForce, "N");
-  file_->add_rows(kImpulse, H5T_NATIVE_DOUBLE, supports_);
-  add_units(*file_, kImpulse, "N s");
+  add_table(*file_, anew_, kContact, contact_type(), "s,1,m,m,N,N s");
+  if (anew_) {
+    file_->add_group("/supports");
+    file_->add_attribute("/supports", "force_window", force_window);
+  }
+  const auto add_rows = [this](const char* name, const char* units) {
+    file_->add_rows(name, H5T_NATIVE_DOUBLE, supports_);
+    if (anew_) {
+      add_units(*file_, name, units);
+    }
+  };
+  add_rows(kForce, "N");
+  add_rows(kImpulse, "N s");
   if (supports_move) {
-    file_->add_rows(kLift, H5T_NATIVE_DOUBLE, supports_);
-    add_units(*file_, kLift, "m");
+    add_rows(kLift, "m");
   }
   flush_if_due();
 }

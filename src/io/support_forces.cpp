@@ -16,14 +16,6 @@ constexpr const char* kRows = "support_impulse_rows";
 constexpr const char* kSamples = "support_impulse_samples";
 constexpr const char* kPeaks = "support_force_peak";
 
-const std::vector<double>& table(const MotionState& state, const char* name) {
-  const auto found = state.tables.find(name);
-  if (found == state.tables.end()) {
-    throw InputError{std::string{"restart file: the table '"} + name + "' is missing"};
-  }
-  return found->second;
-}
-
 }  // namespace
 
 SupportForces::Window::Window(double interval, double shortest)
@@ -88,10 +80,10 @@ void SupportForces::save(MotionState& state) const {
 }
 
 void SupportForces::restore(const MotionState& state) {
-  peak_ = table(state, kPeaks);
-  rows_.restore(table(state, kRows), peak_.size());
+  peak_ = state.table(kPeaks);
+  rows_.restore(state.table(kRows), peak_.size());
   if (state.tables.contains(kSamples)) {
-    samples_.restore(table(state, kSamples), peak_.size());
+    samples_.restore(state.table(kSamples), peak_.size());
   }
 }
 

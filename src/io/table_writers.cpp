@@ -20,19 +20,28 @@ class GaugeWriter final : public BlockWriter {
         comm_{layout.comm()},
         points_{layout.points},
         gauges_{layout.gauge_height},
-        file_{comm_, path} {
+        file_{comm_, path, {.header = header(layout)}, layout.earlier} {
     MPI_Comm_rank(comm_, &rank_);
-    std::vector<std::string_view> columns;
     for (std::size_t i = 0; i < layout.fields.size(); ++i) {
       if (!layout.fields[i].gauge.empty()) {
         field_.push_back(i);
-        columns.push_back(layout.fields[i].gauge);
       }
     }
-    file_.append(gauge_header(gauges_.size(), columns));
   }
 
+  void save(MotionState& state) const override { file_.save(state); }
+
  private:
+  [[nodiscard]] static std::string header(const RunLayout& layout) {
+    std::vector<std::string_view> columns;
+    for (const FieldInfo& field : layout.fields) {
+      if (!field.gauge.empty()) {
+        columns.push_back(field.gauge);
+      }
+    }
+    return gauge_header(layout.gauge_height.size(), columns);
+  }
+
   void add(const Snapshot& state) override {
     times_.push_back(state.time);
     for (const std::vector<PointShare>& gauge : gauges_) {
@@ -73,10 +82,11 @@ class EnergyWriter final : public BlockWriter {
  public:
   EnergyWriter(const RunLayout& layout, const std::string& path, const std::shared_ptr<ResultsFile>& results,
                double interval)
-      : BlockWriter{interval}, results_{results}, file_{layout.comm(), path} {
-    file_.append(energy_header());
-  }
+      : BlockWriter{interval},
+        results_{results},
+        file_{layout.comm(), path, {.header = energy_header()}, layout.earlier} {}
 
+  void save(MotionState& state) const override { file_.save(state); }
   void finish() override {
     flush();
     results_.leave();
@@ -107,8 +117,11 @@ class ContactWriter final : public BlockWriter {
  public:
   ContactWriter(const RunLayout& layout, const std::string& path, const std::shared_ptr<ResultsFile>& results,
                 double interval, SupportForces& forces)
-      : BlockWriter{interval}, comm_{layout.comm()}, results_{results}, forces_{&forces}, file_{layout.comm(), path} {
-    file_.append(contact_header(forces_->supports()));
+      : BlockWriter{interval},
+        comm_{layout.comm()},
+        results_{results},
+        forces_{&forces},
+        file_{comm_, path, {.header = contact_header(forces.supports())}, layout.earlier} {
     for (const RunLayout::Support& support : layout.supports) {
       lifts_.push_back(support.lift);
       moves_ = moves_ || support.lift;
@@ -116,7 +129,10 @@ class ContactWriter final : public BlockWriter {
     results_->add_contact(forces_->window(), moves_);
   }
 
-  void save(MotionState& state) const override { forces_->save(state); }
+  void save(MotionState& state) const override {
+    forces_->save(state);
+    file_.save(state);
+  }
   void restore(const MotionState& state) override { forces_->restore(state); }
 
   void finish() override {

@@ -4,14 +4,25 @@
 #include <utility>
 
 #include "io/text_file.hpp"
+#include "udar/motion/motion_state.hpp"
 
 namespace udar::io {
 namespace {
 
-constexpr const char* kFooter =
-    "    </Grid>\n"
-    "  </Domain>\n"
-    "</Xdmf>\n";
+constexpr const char* kRowsOfXdmf = "rows of results.xdmf";
+
+TextFrame frame(const Topology& topology) {
+  return {.header =
+              "<?xml version=\"1.0\"?>\n"
+              "<Xdmf Version=\"2.0\">\n"
+              "  <Domain>\n"
+              "    <Grid Name=\"" +
+              std::string{topology.name} + "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
+          .footer =
+              "    </Grid>\n"
+              "  </Domain>\n"
+              "</Xdmf>\n"};
+}
 
 /// What XDMF calls a cell; for those whose size it does not tell it is asked for.
 std::string topology_type(Topology::Shape shape) {
@@ -63,7 +74,7 @@ constexpr const char* kCloseAttribute = "        </Attribute>\n";
 }  // namespace
 
 XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string results, std::string points)
-    : file_{std::make_unique<TextFile>(layout.comm(), path)},
+    : file_{std::make_unique<TextFile>(layout.comm(), path, frame(layout.topology), layout.earlier)},
       results_{std::move(results)},
       points_{std::move(points)},
       nodes_{layout.nodes().total},
@@ -71,13 +82,10 @@ XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string
       shape_{layout.topology.shape},
       tubes_{layout.tubes},
       fields_{layout.fields_in_pictures()} {
-  file_->append(
-      "<?xml version=\"1.0\"?>\n"
-      "<Xdmf Version=\"2.0\">\n"
-      "  <Domain>\n"
-      "    <Grid Name=\"" +
-          std::string{layout.topology.name} + "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n",
-      kFooter);
+  if (layout.earlier != nullptr) {
+    const auto rows = layout.earlier->scalars.find(kRowsOfXdmf);
+    rows_ = rows != layout.earlier->scalars.end() ? static_cast<PetscInt>(rows->second) : 0;
+  }
 }
 
 XdmfFile::~XdmfFile() = default;
@@ -150,8 +158,13 @@ void XdmfFile::append(double time) {
   }
   grid += tubes_ ? members() : "";
   grid += "      </Grid>\n";
-  file_->append(grid, kFooter);
+  file_->append(grid);
   ++rows_;
+}
+
+void XdmfFile::save(MotionState& state) const {
+  file_->save(state);
+  state.scalars[kRowsOfXdmf] = static_cast<double>(rows_);
 }
 
 }  // namespace udar::io

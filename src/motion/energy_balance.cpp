@@ -1,6 +1,8 @@
 #include "udar/motion/energy_balance.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <string>
@@ -10,6 +12,10 @@
 
 namespace udar {
 namespace {
+
+/// The balance as a restart file keeps it.
+using LedgerNumbers = std::array<double, sizeof(EnergyLedger) / sizeof(double)>;
+constexpr const char* kLedger = "energy_balance";
 
 // An energy balance that is off by half of the largest energy seen belongs to an unstable integration.
 constexpr double kUnstable = 0.5;
@@ -127,16 +133,18 @@ void EnergyBalance::save(MotionState& state) const {
   double work = load_work_;
   MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->points().comm());
   state.scalars["load_work"] = work;
-  state.scalars["initial_energy"] = ledger_.initial;
-  state.scalars["initial_potential"] = ledger_.initial_potential;
-  state.scalars["energy_scale"] = ledger_.scale;
+  const auto numbers = std::bit_cast<LedgerNumbers>(ledger_);
+  state.tables[kLedger].assign(numbers.begin(), numbers.end());
 }
 
 void EnergyBalance::restore(const MotionState& state) {
-  ledger_.lost_in_impacts = state.scalar("lost_in_impacts");
-  ledger_.initial = state.scalar("initial_energy");
-  ledger_.initial_potential = state.scalar("initial_potential");
-  ledger_.scale = state.scalar("energy_scale");
+  const std::vector<double>& saved = state.table(kLedger);
+  LedgerNumbers numbers{};
+  if (saved.size() != numbers.size()) {
+    throw InputError{"restart file: its energy balance has another number of entries"};
+  }
+  std::ranges::copy(saved, numbers.begin());
+  ledger_ = std::bit_cast<EnergyLedger>(numbers);
   load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
 }
 

@@ -3,6 +3,18 @@
 #include "udar/petsc/error.hpp"
 
 namespace udar {
+namespace {
+
+template <class Value>
+const Value& find(const std::map<std::string, Value>& all, const char* kind, const std::string& name) {
+  const auto found = all.find(name);
+  if (found == all.end()) {
+    throw InputError{std::string{"restart file: the "} + kind + " '" + name + "' is missing"};
+  }
+  return found->second;
+}
+
+}  // namespace
 
 const std::vector<double>& MotionState::field(const std::string& name, std::size_t size, Where where) const {
   const auto& all = where == Where::points ? fields : cells;
@@ -13,12 +25,10 @@ const std::vector<double>& MotionState::field(const std::string& name, std::size
   return found->second;
 }
 
-double MotionState::scalar(const std::string& name) const {
-  const auto found = scalars.find(name);
-  if (found == scalars.end()) {
-    throw InputError{"restart file: the value '" + name + "' is missing"};
-  }
-  return found->second;
-}
+double MotionState::scalar(const std::string& name) const { return find(scalars, "value", name); }
+
+const std::vector<double>& MotionState::table(const std::string& name) const { return find(tables, "table", name); }
+
+const std::string& MotionState::text(const std::string& name) const { return find(texts, "text", name); }
 
 }  // namespace udar

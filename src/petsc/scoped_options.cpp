@@ -2,7 +2,9 @@
 
 #include <petscsys.h>
 
+#include <algorithm>
 #include <ranges>
+#include <sstream>
 
 #include "udar/petsc/error.hpp"
 
@@ -13,6 +15,35 @@ std::optional<std::string> option_value(const std::string& key) {
   PetscBool set = PETSC_FALSE;
   UDAR_CALL(PetscOptionsFindPair(nullptr, nullptr, key.c_str(), &value, &set));
   return set == PETSC_TRUE && value != nullptr && *value != '\0' ? std::optional<std::string>{value} : std::nullopt;
+}
+
+Options all_options() {
+  char* text = nullptr;
+  UDAR_CALL(PetscOptionsGetAll(nullptr, &text));
+  std::istringstream words{text != nullptr ? text : ""};
+  UDAR_CALL(PetscFree(text));
+  Options options;
+  for (std::string word; words >> word;) {
+    // A word of a value may look like a key: only the database knows.
+    PetscBool key = PETSC_FALSE;
+    if (word.size() > 1 && word.front() == '-') {
+      UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, word.c_str(), &key));
+    }
+    if (key == PETSC_TRUE && std::ranges::find(options, word, &Options::value_type::first) == options.end()) {
+      options.emplace_back(word, option_value(word));
+    }
+  }
+  return options;
+}
+
+void add_missing_options(const Options& options) {
+  for (const auto& [key, value] : options) {
+    PetscBool given = PETSC_FALSE;
+    UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, key.c_str(), &given));
+    if (given == PETSC_FALSE) {
+      UDAR_CALL(PetscOptionsSetValue(nullptr, key.c_str(), value ? value->c_str() : nullptr));
+    }
+  }
 }
 
 ScopedOptions::ScopedOptions(const Options& options) {

@@ -28,12 +28,19 @@ void warn(MPI_Comm comm, const char* format, ...) {
   va_end(values);
   std::vsnprintf(text.data(), text.size() + 1, format, again);
   va_end(again);
-  if (std::ranges::find(kept(), text) != kept().end()) {
-    return;
+  if (std::ranges::find(kept(), text) == kept().end()) {
+    keep_warning(text);
+    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: %s\n", text.c_str()));
   }
-  kept().push_back(text);
-  UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: %s\n", text.c_str()));
 }
+
+void keep_warning(const std::string& text) {
+  if (std::ranges::find(kept(), text) == kept().end()) {
+    kept().push_back(text);
+  }
+}
+
+const std::vector<std::string>& warnings() { return kept(); }
 
 std::vector<std::string> take_warnings() { return std::exchange(kept(), {}); }
 

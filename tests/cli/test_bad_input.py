@@ -270,6 +270,8 @@ REFUSED = {
     "empty_load_table": ({"load_position": 5, "load_table": "empty.csv"}, ["-load_table", "empty.csv"]),
     "missing_shape": ({"initial_shape": "absent.csv"}, ["-initial_shape", "absent.csv", "No such file"]),
     "malformed_shape": ({"initial_shape": "words.csv"}, ["-initial_shape", "words.csv", "heavy"]),
+    "restart_wall_minutes": ({"restart_wall_minutes": -1}, ["-restart_wall_minutes", "-1", ">= 0", "[min]"]),
+    "wall_limit": ({"wall_limit": "soon"}, ["-wall_limit", "soon", ">= 0", "[s]"]),
     "missing_restart_file": ({"restart_file": "absent.h5"}, ["-restart_file", "absent.h5"]),
     "restart_file_is_text": ({"restart_file": "table.csv"}, ["-restart_file", "table.csv"]),
     "restart_file_of_another_mesh": (

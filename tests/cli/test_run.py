@@ -48,7 +48,8 @@ HELP_OPTIONS = """
     beam_right_end beam_formulation gravity initial_height initial_slope initial_velocity initial_angular_velocity
     initial_shape filter_frequency support_position support_width support_height support_side contact_restitution
     contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
-    output_field_interval output_force_window output_overwrite restart_file restart_interval udar_view
+    output_field_interval output_force_window output_overwrite restart_file restart_interval restart_wall_minutes
+    wall_limit continue udar_view
     ts_max_time ts_rtol ts_type
     ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
@@ -716,7 +717,7 @@ class Interrupted(UdarTest):
         process = start(command(options), cwd=self.scratch)
         gauges = self.scratch / "run" / "gauges.csv"
         for _ in range(200):
-            if (self.scratch / "run" / "restart.h5").exists() or process.poll() is not None:
+            if (self.scratch / "run" / "restart.previous.h5").exists() or process.poll() is not None:
                 break
             time.sleep(0.05)
         out, err = self.interrupt(process, after=0.5)
@@ -790,7 +791,7 @@ class Interrupted(UdarTest):
         for ranks, seconds in ((0, 0.4), (2, 0.7), (2, 1.1)):
             with self.subTest(ranks=ranks, seconds=seconds):
                 options, process = self.long_run(ranks, **often, **contact)
-                self.started(process, "restart.h5")
+                self.started(process, "restart.previous.h5")
                 time.sleep(seconds)
                 os.kill(children(process.pid)[0] if ranks else process.pid, signal.SIGKILL)
                 process.communicate(timeout=60)
@@ -920,8 +921,9 @@ def children(parent):
 
 # Part of what another key of the table says, or what has no place in a run that goes on from a falling beam.
 NOT_TRIED = {
-    "restart_file", "output_directory", "filter_band", "filter_modes", "filter_accuracy", "beam_inner_radius",
-    "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring", "beam_right_spring",
+    "continue", "restart_file", "output_directory", "filter_band", "filter_modes", "filter_accuracy",
+    "beam_inner_radius", "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring",
+    "beam_right_spring",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",
     "structure_type", "structure_stiffness", "structure_mass", "structure_points", "structure_lumping",
     "structure_write", "damping_ratio", "modal_estimate", "gauge_place", "gauge_junction", "network_file",
@@ -995,6 +997,7 @@ def changes_at_a_restart(folder):
         {"filter_residual_tolerance": 1e-7}, {"filter_pc_chain_lanes": 1}, {"contact_tolerance": 1e-9},
         {"gauge_position": 3}, {"output_interval": 0.02}, {"output_field_interval": 0.03}, {"output_force_window": 0.5},
         {"output_allow_large": True}, {"output_overwrite": True}, {"restart_interval": 0.5}, {"udar_view": True},
+        {"restart_wall_minutes": 1}, {"wall_limit": 100},
         {"ts_rtol": 1e-9}, {"ts_atol": 1e-9}, {"ts_dt": 1e-3},
     )
     ground = ({"floor": True, "floor_height": -1}, {"ground_profile": path["ground"]})

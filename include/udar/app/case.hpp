@@ -27,8 +27,10 @@ struct OutputParameters {
 
 /// @brief How a run continues another and may be continued.
 struct RestartParameters {
-  std::string file;       ///< empty: start from t = 0
-  double interval = 0.0;  ///< simulated time between checkpoints [s]; 0: only at the end
+  std::string file;            ///< empty: start from t = 0
+  bool in_place = false;       ///< go on in the files of the run that wrote it, or that never began
+  double interval = 0.0;       ///< simulated time between checkpoints [s]; 0: by the clock alone
+  double wall_minutes = 10.0;  ///< wall time between checkpoints [min]; 0: by `interval` alone
 };
 
 /// @brief Modes that vibrate at their unfiltered frequency.
@@ -92,6 +94,7 @@ struct OutputInput {
   bool in_space = false;                     ///< some are not given by x alone
   OutputParameters output;
   RestartParameters restart;
+  double wall_limit = 0.0;  ///< [s] of wall time; 0: none
   bool view = false;
 };
 
@@ -123,7 +126,8 @@ struct Case : ModelParameters {
   double field_tolerance = 0.0;
   OutputParameters output{};
   RestartParameters restart{};
-  double end_time = 1.0;  ///< [s]
+  double wall_limit = 0.0;  ///< [s] of wall time; 0: none
+  double end_time = 1.0;    ///< [s]
   bool view = false;
 };
 

@@ -18,7 +18,8 @@ void register_types();
 
 /// @brief What a run came to.
 struct RunResult {
-  int exit_code = 0;    ///< 0: reached its end, or `-help`; 3: ended by `-ts_max_steps`; 128 + signal: by a signal
+  int exit_code = 0;    ///< 0: reached its end, or `-help`; 3: ended by `-ts_max_steps`, 4: by `-wall_limit`; 128 +
+                        ///< signal: by a signal
   io::Summary summary;  ///< as in summary.json; empty after `-help`
 };
 

@@ -28,7 +28,9 @@ struct RunCounts : ContactCounts {
   PetscInt repeated_steps = 0;  ///< steps of exact length taken again to hit an event
   PetscInt rejected_steps = 0;  ///< by the error control
   PetscInt rhs_evaluations = 0;
-  PetscInt row_line_solves = 0;  ///< for rows that observers asked for
+  PetscInt row_line_solves = 0;    ///< for rows that observers asked for
+  PetscInt line_solves = 0;        ///< since the first step, those for rows included
+  PetscInt setup_line_solves = 0;  ///< before it, in this program
 };
 
 /// @brief Runs a model with a PETSc `TS`: its masses hit, rest on and leave supports.
@@ -50,7 +52,9 @@ class ImpactDynamics {
   void add_observer(Observer& observer) { schedule_.add(observer); }
   /// Asked on every rank once per step, and between rows where a step has many; when it says true on any rank the run
   /// stops after that step, or before it and goes on after the last row when it is restarted.
-  void set_stop_request(std::function<bool()> stop) { stop_requested_ = std::move(stop); }
+  void set_stop_request(std::function<bool()> stop) { requests_.stop = std::move(stop); }
+  /// Asked after every step on every rank: any answer of true is in the `Progress` of all.
+  void set_checkpoint_request(std::function<bool()> wanted) { requests_.checkpoint = std::move(wanted); }
 
   /// @brief Runs from the present time to `-ts_max_time`.
   /// @throws SolveError if the integration or a line solve fails; the state is then that of the last good step
@@ -63,8 +67,8 @@ class ImpactDynamics {
   /// Whether the run reached its end (not stopped by a request or by `-ts_max_steps`).
   [[nodiscard]] bool completed() const noexcept { return completed_; }
   [[nodiscard]] RunCounts counts() const;
-  /// What the integrator counts of its own, by name.
-  [[nodiscard]] std::map<std::string, PetscInt> tally() const { return stepping_.integrator->tally(); }
+  /// What the integrator counts of its own, by name, since t = 0.
+  [[nodiscard]] std::map<std::string, PetscInt> tally() const;
   /// @brief Bytes that the integrator and its line solves so far had to move between memory and this rank; 0: not
   /// known.
   [[nodiscard]] double streamed_bytes() const;
@@ -105,10 +109,16 @@ class ImpactDynamics {
   void take_over();
   void settle_at_start();
   void after_step();
-  void judge_step(double time, double& stop);
+  struct Asked {
+    bool stop = false;
+    bool checkpoint = false;
+  };
+  [[nodiscard]] Asked judge_step(double time);
   void limit_step(double next_step);
   void tell_events();
-  void tell_progress();
+  void tell_progress(bool checkpoint);
+  [[nodiscard]] std::map<std::string, PetscInt> counted_here() const;
+  [[nodiscard]] std::map<std::string, PetscInt> counted() const;
   void emit_snapshots(double until);
   [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
   void fill(Row& row, double time, double until);
@@ -127,14 +137,21 @@ class ImpactDynamics {
   Stepping stepping_;
   SnapshotSchedule schedule_;
   StandstillGuard standstill_;
-  std::function<bool()> stop_requested_;
+  struct Requests {
+    std::function<bool()> stop;
+    std::function<bool()> checkpoint;
+  } requests_;
   double time_ = 0.0;
   double wanted_step_ = 0.0;
   bool step_was_cut_ = false;
   double last_row_time_ = 0.0;  // later than time_ only where a stop came between the rows of a step
-  PetscInt row_line_solves_ = 0;
+  struct Counters {
+    PetscInt row_line_solves = 0;
+    PetscInt rejected_steps = 0;
+    PetscInt setup_line_solves = 0;
+    std::map<std::string, PetscInt> before;  // in earlier programs, less than what was counted here before
+  } counters_;
   PetscInt steps_ = 0;
-  PetscInt rejected_steps_ = 0;
   enum class Phase : std::uint8_t { fresh, restored, running } phase_ = Phase::fresh;
   bool completed_ = false;
 };

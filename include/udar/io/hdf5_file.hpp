@@ -57,11 +57,22 @@ void start_hdf5();
 /// ends with the message after a minute.
 class Hdf5File {
  public:
-  enum class Access : std::uint8_t { create, read };
+  enum class Access : std::uint8_t { create, read, go_on };
+
+  /// @brief A file as it was once flushed: all of it but the values of datasets, which no later write changes. HDF5
+  /// writes over what this holds, so that a program which is killed may leave it in pieces.
+  struct Mark {
+    std::vector<double> extents;  ///< size of the file, then begin and length of each piece [bytes]
+    std::string pieces;           ///< one behind the other
+  };
 
   /// @brief Creates (empties) or opens the file.
   /// @throws FileError on all ranks if there is no such file, no permission, or it is not HDF5
   Hdf5File(MPI_Comm comm, std::string path, Access access, std::string quantity = "output directory");
+  /// @brief Puts the file back to where it was at `mark` and goes on in it: `add_rows` and `add_records` then find the
+  /// datasets that are there.
+  /// @throws FileError on all ranks, also if the file is shorter than it was
+  Hdf5File(MPI_Comm comm, std::string path, const Mark& mark);
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
   /// @brief Closes a file that was not closed, but leaves it as last flushed after a failure or while an exception
@@ -78,6 +89,7 @@ class Hdf5File {
   /// A short one-dimensional dataset that every rank has in full.
   void add_small(const std::string& name, std::span<const double> values);
   void add_small(const std::string& name, std::span<const std::int64_t> values);
+  void add_bytes(const std::string& name, const std::string& bytes);
   /// A dataset with one value per node; each rank gives its nodes.
   void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values);
   /// @param[in] components values a node, a second dimension if there are several
@@ -102,6 +114,8 @@ class Hdf5File {
   /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not
   /// at all.
   void reserve(std::uint64_t bytes);
+  /// Rows, or records, of a dataset that grows.
+  [[nodiscard]] std::size_t rows(const std::string& name) const { return growing_.at(name).rows; }
   /// Bytes by which the next row of this dataset makes the file longer.
   [[nodiscard]] std::uint64_t growth(const std::string& name, std::size_t rows = 1) const;
 
@@ -110,6 +124,8 @@ class Hdf5File {
   /// @brief The same once a second, for those who write often: waiting for the disk takes milliseconds.
   /// @return whether it flushed
   bool flush_if_due();
+  /// @brief Flushes, and tells where the file stands; equal on every rank.
+  [[nodiscard]] Mark mark();
   /// @brief Flushes and closes; nothing may be called afterwards.
   void close();
   /// @}
@@ -125,6 +141,7 @@ class Hdf5File {
   [[nodiscard]] std::vector<std::string> attribute_names(const std::string& object);
   [[nodiscard]] std::vector<std::string> dataset_names(const std::string& group);
   [[nodiscard]] std::vector<double> read_small(const std::string& name);
+  [[nodiscard]] std::string read_bytes(const std::string& name);
   /// This rank's nodes of a dataset with one value per node. @throws FileError if it has another number of nodes
   [[nodiscard]] std::vector<double> read_node_values(const std::string& name, const NodeRange& nodes);
   /// @}
@@ -144,10 +161,16 @@ class Hdf5File {
     hsize_t chunk_rows = 0;  ///< rows of a chunk
     hsize_t chunks = 0;      ///< that make a row of chunks
     hsize_t chunk_bytes = 0;
+    hsize_t chunks_known = 0;  ///< of all, in HDF5's order, those in `values_`
   };
 
   void create();
   void open();
+  void put_back(const Mark& mark);
+  void open_growing(Growing& data, const std::string& name, int rank);
+  void note_values(haddr_t begin, hsize_t bytes);
+  void find_chunks(Growing& data);
+  [[nodiscard]] Hdf5Id access_together();
   void set_transfer();
   void abandon() noexcept;
   void add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components = 1);
@@ -171,12 +194,13 @@ class Hdf5File {
   Hdf5Id file_;
   Hdf5Id transfer_;  ///< property list of collective transfers
   std::map<std::string, Growing> growing_;
-  int exceptions_ = 0;             ///< in flight on this rank at construction
-  bool failed_ = false;            ///< an HDF5 call failed on some rank: HDF5 must not touch the file again
-  int descriptor_ = -1;            ///< rank 0's own handle on the file, to reserve space
-  std::uint64_t flushed_end_ = 0;  ///< size of the file after the last flush, on rank 0 [bytes]
-  std::uint64_t pending_ = 0;      ///< reserved behind it
-  std::uint64_t credit_ = 0;       ///< of that, not yet used by a write
+  std::map<haddr_t, haddr_t> values_;  ///< where values of datasets stand, known so far: begin and end [bytes]
+  int exceptions_ = 0;                 ///< in flight on this rank at construction
+  bool failed_ = false;                ///< an HDF5 call failed on some rank: HDF5 must not touch the file again
+  int descriptor_ = -1;                ///< rank 0's own handle on the file, to reserve space
+  std::uint64_t flushed_end_ = 0;      ///< size of the file after the last flush, on rank 0 [bytes]
+  std::uint64_t pending_ = 0;          ///< reserved behind it
+  std::uint64_t credit_ = 0;           ///< of that, not yet used by a write
   std::chrono::steady_clock::time_point flushed_at_;  ///< rank 0's clock decides
 };
 

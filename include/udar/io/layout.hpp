@@ -18,6 +18,10 @@
 #include "udar/structure/field.hpp"
 #include "udar/structure/mass_points.hpp"
 
+namespace udar {
+struct MotionState;
+}
+
 namespace udar::io {
 
 /// @brief A multiple of the largest size that a field reaches at each point: the bending stress |M| / W.
@@ -67,6 +71,9 @@ struct RunLayout {
   double longest_sample = 0.0;        ///< extremes are looked for at least this often [s]; 0: at rows alone
   std::string options_text;           ///< one `-key value` per line
   std::vector<Parameter> parameters;  ///< of the case, as restart files have them
+  /// What the files stood at, of a run that goes on in them; null: they are made anew. It must outlive the writers'
+  /// construction.
+  const MotionState* earlier = nullptr;
 
   [[nodiscard]] MPI_Comm comm() const noexcept { return points->comm(); }
   /// This rank's rows of the nodes, and of the cells.

@@ -12,6 +12,10 @@
 #include "udar/io/layout.hpp"
 #include "udar/motion/observer.hpp"
 
+namespace udar {
+struct MotionState;
+}
+
 namespace udar::io {
 
 class Hdf5File;
@@ -32,7 +36,8 @@ struct EnvelopeColumn {
 /// @see docs/output.md
 class ResultsFile {
  public:
-  /// @brief Creates `path`, with positions, gauges, supports, options and versions in it.
+  /// @brief Creates `path`, with positions, gauges, supports, options and versions in it; or goes on in it where it
+  /// stood when `layout.earlier` was saved.
   ResultsFile(const RunLayout& layout, const std::string& path);
   ~ResultsFile();
   ResultsFile(const ResultsFile&) = delete;
@@ -58,6 +63,10 @@ class ResultsFile {
   void add_envelope(std::span<const EnvelopeColumn> columns);
   /// Brings all rows to the disk.
   void flush();
+  /// Where the file stands, for who goes on in it; flushes.
+  void save(MotionState& state) const;
+  /// Times of the rows of the fields that are there [s].
+  [[nodiscard]] std::vector<double> field_times() const;
   /// Rows of the fields that are there.
   [[nodiscard]] std::size_t field_rows_on_disk() const noexcept { return field_rows_on_disk_; }
   /// @brief Closes the file; the only way to learn that its last bytes did not reach the disk.
@@ -82,6 +91,7 @@ class ResultsFile {
   int users_ = 0;
   PetscInt supports_ = 0;
   bool first_rank_ = false;
+  bool anew_ = true;  ///< not one of an earlier run
   std::size_t field_rows_ = 0;
   std::size_t field_rows_on_disk_ = 0;
 };

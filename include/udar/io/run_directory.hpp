@@ -10,6 +10,20 @@
 
 namespace udar::io {
 
+/// @brief Keeps other programs of udar from writing into a folder as long as any rank of this one lives, where the file
+/// system knows of locks.
+class FolderLock {
+ public:
+  /// @note Collective. @throws FileError on all ranks if another program holds it, and goes on to for some seconds
+  FolderLock(MPI_Comm comm, const std::string& path);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+  ~FolderLock();
+
+ private:
+  int descriptor_ = -1;
+};
+
 /// @brief Makes `path` ready for the files of one run: creates it, with its parents, and checks that it takes files.
 /// @param[in] path      option `-output_directory`
 /// @param[in] overwrite option `-output_overwrite`: a run already in the folder is removed, our own files only
@@ -18,6 +32,10 @@ namespace udar::io {
 /// @throws FileError on all ranks if the folder cannot be made or written, or holds a run and `overwrite` is false
 /// @see docs/output.md
 void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep = {});
+
+/// @brief Takes away what a run that goes on in `path` writes anew at its end: nobody shall take it for ended.
+/// @note Collective; only rank 0 touches the disk. @throws FileError on all ranks if the folder takes no files
+void reopen_run_directory(MPI_Comm comm, const std::string& path);
 
 /// @brief The files of a run as they were when it began to write them, to notice at its end that somebody removed them
 /// or put others in their place.

@@ -24,7 +24,7 @@ class TextFile;
 /// @see https://www.xdmf.org/index.php/XDMF_Model_and_Format
 class XdmfFile {
  public:
-  /// @param[in] path    the file to create
+  /// @param[in] path    the file to create, or to go on in
   /// @param[in] results name of the HDF5 file in the same folder
   /// @param[in] points  file and path of an array of points, the structure's before others
   /// @throws FileError on all ranks
@@ -37,6 +37,10 @@ class XdmfFile {
   /// @param[in] time of the row [s]
   /// @throws FileError on all ranks
   void append(double time);
+  /// Rows so far.
+  [[nodiscard]] PetscInt rows() const noexcept { return rows_; }
+  /// @brief Where the file stands, for who goes on in it.
+  void save(MotionState& state) const;
 
  private:
   [[nodiscard]] std::string row_of(const FileField& field) const;

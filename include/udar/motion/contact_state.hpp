@@ -41,7 +41,7 @@ struct ContactCounts {
   PetscInt rests = 0;
   PetscInt releases = 0;
   PetscInt resting = 0;              ///< masses at rest now
-  PetscInt event_steps = 0;          ///< steps with any of these, in this run of the program
+  PetscInt event_steps = 0;          ///< steps with any of these
   double first_contact_time = -1.0;  ///< [s]; negative: none yet
   double last_contact_time = -1.0;   ///< last impact, or last instant some mass rested [s]; negative: none yet
   double lost = 0.0;                 ///< energy lost in impacts and rests [J]

@@ -19,6 +19,7 @@ struct MotionState {
   std::map<std::string, std::vector<double>> cells;   ///< one value per local cell of the structure
   std::map<std::string, double> scalars;              ///< equal on every rank
   std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
+  std::map<std::string, std::string> texts;           ///< of any bytes and length, equal on every rank
   std::vector<Parameter> parameters;                  ///< what the motion is one of: tells a restart with another case
   std::string integrator{};                           ///< `-ts_type` of who wrote it; empty: not known
 
@@ -26,6 +27,8 @@ struct MotionState {
   [[nodiscard]] const std::vector<double>& field(const std::string& name, std::size_t size,
                                                  Where where = Where::points) const;
   [[nodiscard]] double scalar(const std::string& name) const;
+  [[nodiscard]] const std::vector<double>& table(const std::string& name) const;
+  [[nodiscard]] const std::string& text(const std::string& name) const;
 };
 
 }  // namespace udar

@@ -117,6 +117,7 @@ struct Progress {
   PetscInt impacts = 0;       ///< so far, all ranks
   PetscInt resting = 0;       ///< masses at rest now
   double energy_drift = 0.0;  ///< at the last snapshot
+  bool checkpoint = false;    ///< somebody wants one now
 };
 
 /// @brief Listens to a run. All calls are collective over the structure's communicator and may throw `FileError`

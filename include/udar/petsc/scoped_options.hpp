@@ -15,6 +15,12 @@ using Options = std::vector<std::pair<std::string, std::optional<std::string>>>;
 /// @brief What the options database says of a key; empty if it is not there or has no value.
 std::optional<std::string> option_value(const std::string& key);
 
+/// @brief All options in the database, in its order.
+[[nodiscard]] Options all_options();
+
+/// @brief Adds those that are not in the database yet. @note Not collective: the database is that of the process.
+void add_missing_options(const Options& options);
+
 /// @brief Options in force as long as the object lives. @note Not collective: the database is that of the process.
 class ScopedOptions {
  public:

@@ -17,6 +17,12 @@ namespace udar::petsc {
 /// @note Not collective, but the summary holds what rank 0 was told.
 [[gnu::format(printf, 2, 3)]] void warn(MPI_Comm comm, const char* format, ...);
 
+/// @brief Keeps a text that an earlier program of the same run has printed.
+void keep_warning(const std::string& text);
+
+/// @brief The texts kept so far, in order.
+[[nodiscard]] const std::vector<std::string>& warnings();
+
 /// @brief The texts kept since the last call, in order; forgets them.
 [[nodiscard]] std::vector<std::string> take_warnings();
 

@@ -34,7 +34,11 @@ OutputInput read_output(MPI_Comm comm) {
              "that");
   group.string("-restart_file", input.restart.file, "continue from this restart.h5");
   group.real("-restart_interval", input.restart.interval, "s", petsc::non_negative(),
-             "simulated time between checkpoints; 0: only when the run ends or is stopped");
+             "simulated time between restart files; 0: by the clock alone, and when the run ends or is stopped");
+  group.real("-restart_wall_minutes", input.restart.wall_minutes, "min", petsc::non_negative(),
+             "wall time between restart files; 0: none by the clock");
+  group.real("-wall_limit", input.wall_limit, "s", petsc::non_negative_or_infinite(),
+             "wall time after which the run ends in order, to be continued; 0: none");
   if (place.size() % 3 != 0) {
     throw InputError{"option -gauge_place: " + std::to_string(place.size()) +
                      " values given, expected three for each gauge: x,y,z [m]"};
