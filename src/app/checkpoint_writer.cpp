@@ -64,8 +64,9 @@ void CheckpointWriter::write() {
   MotionState state = dynamics_->save();
   state.parameters = parameters_;
   state.texts.insert(texts_.begin(), texts_.end());
+  std::string& warnings = state.texts[kWarnings];
   for (const std::string& warning : petsc::warnings()) {
-    state.texts[kWarnings] += warning + '\n';
+    warnings += warning + '\n';
   }
   io::write_checkpoint(points_, path_, state, &cells_);
   written_ = Clock::now();

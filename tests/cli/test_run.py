@@ -770,6 +770,20 @@ class Interrupted(UdarTest):
                 for name in ("restart.h5", "summary.json", "envelope.csv"):
                     self.assertTrue((self.scratch / "run" / name).exists(), name)
 
+    def test_second_signal_ends_at_once(self):
+        """A run that is stuck, here in a pipe that nobody reads, cannot end in order."""
+        options = case(ts_max_time=1e5, output_interval=0.5, ts_monitor=True, ts_dt=1e-4, ts_type="rk",
+                       ts_adapt_type="none", output_allow_large=True, output_directory=self.scratch / "run")
+        process = start(command(options), cwd=self.scratch)
+        self.started(process, "energy.csv")
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.5)
+        self.assertIsNone(process.poll(), "it is to be stuck")
+        process.send_signal(signal.SIGINT)
+        process.wait(timeout=5)
+        self.assertEqual(process.returncode, -signal.SIGINT)
+
     def test_nohup(self):
         """What the program was started to ignore stays ignored."""
         large = {"output_allow_large": True}

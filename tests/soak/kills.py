@@ -99,7 +99,8 @@ def play(options, folder, span, chance, number):
                 story.append("anew")
                 line = common.command(options, 2)
                 continue
-            return [*story, f"fails with {process.returncode}: {err[-600:]}"]
+            why = [line for line in err.splitlines() if "error" in line.lower()][:3]
+            return [*story, f"fails with {process.returncode}: {'; '.join(why)}"]
         story.append(strike(process, chance, number))
         line = common.command({"continue": options["output_directory"]}, 2)
     return [*story, "never ends"]
@@ -133,7 +134,7 @@ def main():
             folder.mkdir()
             story = play(KINDS[kind] | {"output_directory": "run"}, folder, spans[kind], chance, number)
             counts.update(f"{kind}: {what}" for what in story[:-1])
-            found = [story[-1]] if story[-1] != "ends" else same_run.differences(base / kind / "run", folder / "run")
+            found = ["no end"] if story[-1] != "ends" else same_run.differences(base / kind / "run", folder / "run")
             counts["equal" if not found else "different"] += 1
             if found:
                 print(f"run {run}, {kind}, {' '.join(story)}: {'; '.join(found[:6])}", flush=True)
