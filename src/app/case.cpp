@@ -187,6 +187,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.restart = input.output.restart;
   settled.wall_limit = input.output.wall_limit;
   settled.end_time = input.time.end;
+  settled.guard = input.output.guard;
   settled.view = input.output.view;
   return settled;
 }

@@ -152,6 +152,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
                 }
               }};
   ImpactDynamics dynamics{model};
+  dynamics.set_guard(input.guard);
   if (help) {
     return {};
   }

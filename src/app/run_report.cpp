@@ -1,6 +1,5 @@
 #include "app/run_report.hpp"
 
-#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -17,19 +16,11 @@
 namespace udar::app {
 namespace {
 
-// An energy balance that is off by more than this is worth a warning.
-constexpr double kWorthAWarning = 1e-3;
-// So is a plane that is off its height field by more than this share of the motion's scale.
+// A plane that is off its height field by more than this share of the motion's scale is worth a warning.
 constexpr double kFieldShare = 1e-2;
 
 double field_tolerance(const Case& input, const ImpactDynamics& dynamics) {
   return input.field_tolerance > 0.0 ? input.field_tolerance : kFieldShare * dynamics.motion_length();
-}
-
-void warn_of_drift(MPI_Comm comm, double drift) {
-  if (!(std::abs(drift) <= kWorthAWarning)) {
-    petsc::warn(comm, "the energy balance is off by %.1e: do not trust these curves; lower -ts_rtol or -ts_dt", drift);
-  }
 }
 
 void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
@@ -112,7 +103,6 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
                       const RunOutput& output, const RunMarks& marks) {
   const MPI_Comm comm = line.points().comm();
   const CostMark end = cost_mark();
-  warn_of_drift(comm, dynamics.energy().drift());
   if (dynamics.completed() && dynamics.counts().first_contact_time < 0.0) {
     warn_of_no_contact(input, line.structure());
   }

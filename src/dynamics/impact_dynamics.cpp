@@ -109,6 +109,7 @@ ImpactDynamics::ImpactDynamics(Model& model)
       contact_{model.structure->points(), model.contacts, with_defaults(model.contact, problem_.scale)},
       kinks_{model.loads, model.contacts.supports},
       balance_{model.equations, contact_, kinks_},
+      guards_{model.equations, contact_, model.contacts.sets, problem_.scale},
       state_{place_masses(model.initial)},
       stepping_{configure_stepping(problem_, state_)},
       schedule_{stepping_.end_time},
@@ -215,14 +216,13 @@ void ImpactDynamics::emit_snapshots(double until) {
 
 /// The step control lets errors of the velocities pass that add up over the steps. They are in the balance squared and,
 /// with a velocity that is no larger, once; ten times that hides neither.
-ToleratedError ImpactDynamics::tolerated_error() const {
+double ImpactDynamics::tolerated_energy() const {
   constexpr double kMargin = 10.0;
-  ToleratedError tolerated{.share = stepping_.tolerance};
-  if (!stepping_.integrator->fixed_step()) {
-    const double error = static_cast<double>(steps_) * stepping_.tolerance * problem_.scale.velocity;
-    tolerated.energy = kMargin * model_->structure->points().total_mass() * error * error;
+  if (stepping_.integrator->fixed_step()) {
+    return 0.0;
   }
-  return tolerated;
+  const double error = static_cast<double>(steps_) * stepping_.tolerance * problem_.scale.velocity;
+  return kMargin * model_->structure->points().total_mass() * error * error;
 }
 
 /// @param time within the step that ends at `until`
@@ -242,8 +242,11 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   if (!step.add_impulses(time, row.support_impulse)) {
     contact_.journal().add_impulses(time, until > time_ ? (time - time_) / (until - time_) : 0.0, row.support_impulse);
   }
-  balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses}, step,
-                  row.support_impulse, tolerated_error());
+  const EnergyLedger before = balance_.ledger();
+  const EnergyLedger now = balance_.update({.time = time, .step_begin = time_, .line = row.line, .masses = row.masses},
+                                           step, row.support_impulse, tolerated_energy());
+  guards_.see({.time = time, .before = before, .now = now, .masses = row.masses, .tolerance = stepping_.tolerance});
+  guards_.tell(guards_.waiting());
   std::ranges::transform(contact_.support_impulses(), row.support_impulse, row.support_impulse.begin(), std::plus{});
   row.line_position = model_->equations.line_stretch(row.line);
   for (std::size_t i = 0; i < count(); ++i) {
@@ -345,22 +348,20 @@ void ImpactDynamics::limit_step(double next_step) {
 
 /// Ends the journal of the step, or the run. @param[out] stop not zero where some rank asked to
 ImpactDynamics::Asked ImpactDynamics::judge_step(double time) {
-  std::string fallen;
   {
     const ReadArray state{state_};
-    fallen = fallen_through(model_->equations, contact_, model_->contacts.sets, problem_.scale.length,
-                            {.begin = time_,
-                             .time = time,
-                             .before = stepping_.integrator->start_of_step(),
-                             .position = {state.values(), count()}});
+    guards_.see({.begin = time_,
+                 .time = time,
+                 .before = stepping_.integrator->start_of_step(),
+                 .after = {state.values(), 2 * count()},
+                 .tolerance = stepping_.tolerance,
+                 .late = stepping_.integrator->fixed_step()});
   }
   const bool stop_here = requests_.stop && requests_.stop();
   const bool wanted_here = requests_.checkpoint && requests_.checkpoint();
-  std::array<double, 3> told{stop_here ? 1.0 : 0.0, wanted_here ? 1.0 : 0.0, fallen.empty() ? 0.0 : 1.0};
+  std::array<double, 3> told{stop_here ? 1.0 : 0.0, wanted_here ? 1.0 : 0.0, guards_.waiting()};
   contact_.commit(time, told);
-  if (told[2] != 0.0) {
-    throw_together<SolveError>(model_->structure->points().comm(), fallen);
-  }
+  guards_.tell(told[2]);
   standstill_.see(time_, time, contact_.any_events(), step_was_cut_);
   return {.stop = told[0] != 0.0, .checkpoint = told[1] != 0.0};
 }

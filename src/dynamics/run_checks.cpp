@@ -16,9 +16,6 @@ constexpr PetscInt kMostEventsAtOnce = 10000;
 // double precision allows takes steps of 1e-3. One or two beside an event or a kink are normal.
 constexpr double kLeastStep = 1e-6;
 constexpr PetscInt kMostShortSteps = 1000;
-// A mass this deep in a rigid support, beside the motion's length, has fallen through it: integration that deserves the
-// name is off by a thousandth at most.
-constexpr double kFallenThrough = 0.1;
 
 }  // namespace
 
@@ -63,34 +60,6 @@ void refuse_hops_without_length(const ContactParameters& parameters, const Motio
             << " [m]: at the end of the run a lower hop is over within the last digits of the time";
     throw InputError{message.str()};
   }
-}
-
-std::string fallen_through(const Equations& equations, const ContactState& contact, std::span<const ContactSet> sets,
-                           double length, const StepEnd& step) {
-  const double deep = kFallenThrough * length;
-  const auto text = [&](double depth, double x) {
-    std::ostringstream message;
-    message << "the beam has fallen through a rigid support at t = " << step.time << " s, by " << depth
-            << " m at x = " << x << " m: the steps are too long to see it come (see -ts_dt, -ts_rtol)";
-    return message.str();
-  };
-  if (equations.filtered() && equations.line_contact() != nullptr) {
-    const bool gives_way = std::ranges::any_of(contact.supports(), &Support::elastic);
-    const LineGap& gap = contact.local_line_gap();
-    return gap.gap < -deep && !gives_way ? text(-gap.gap, gap.x) : std::string{};
-  }
-  const std::size_t count = step.position.size();
-  for (const ContactSet& set : sets) {
-    const double lift = set.lift(step.time, step.begin).height;
-    for (std::size_t node = set.first; node < set.last && !set.elastic(); ++node) {
-      const double depth = -set.side * (step.position[node] - set.height(node) - lift);
-      // Moreau's law finds a support up to half a step late.
-      if (!(depth <= deep) && !(depth <= (step.time - step.begin) * std::abs(step.before[count + node]))) {
-        return text(depth, equations.points().place(node).x);
-      }
-    }
-  }
-  return {};
 }
 
 StandstillGuard::StandstillGuard(double fastest) : least_{kLeastStep / fastest} {}

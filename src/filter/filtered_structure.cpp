@@ -320,8 +320,10 @@ void FilteredStructure::check_residual(const double* displacement) {
   double residual = 0.0;
   double solution = 0.0;
   double given = 0.0;
+  double sum = 0.0;  // largest values over the ranks may lose what is not a number
   UDAR_CALL(MatMult(op(), unknowns_, residual_));
   UDAR_CALL(VecAYPX(residual_, -1.0, right_hand_side_));
+  UDAR_CALL(VecNorm(residual_, NORM_1, &sum));
   UDAR_CALL(VecNorm(residual_, NORM_INFINITY, &residual));
   UDAR_CALL(VecNorm(unknowns_, NORM_INFINITY, &solution));
   UDAR_CALL(VecNorm(right_hand_side_, NORM_INFINITY, &given));
@@ -330,9 +332,9 @@ void FilteredStructure::check_residual(const double* displacement) {
   // A rigid motion has no right-hand side but the rounding of the positions: that much residual says nothing.
   constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
   const double bound = matrix_norm_ * solution + given;
-  const double meaning = std::max(0.0, residual - kRounding * matrix_norm_ * offset);
-  const double error = bound > 0.0 ? meaning / bound : 0.0;
-  if (!(error <= parameters_.residual_tolerance)) {
+  const double rounding = kRounding * matrix_norm_ * offset;
+  const double error = residual <= rounding ? 0.0 : (residual - rounding) / bound;
+  if (!(error <= parameters_.residual_tolerance) || !std::isfinite(sum)) {
     throw SolveError{"the line solve is wrong: backward error " + std::to_string(error) +
                      " exceeds `filter residual tolerance` " + std::to_string(parameters_.residual_tolerance) +
                      " although the solver reported success (see -filter_ksp_view)"};

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "udar/motion/finite.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
@@ -275,6 +276,7 @@ double LocatedSteps::end_step() {
                 equations_->points().comm());
   event_time = earliest[0];
   if (earliest[1] == 0.0) {
+    require_finite(*equations_, {end.values, count_}, {end.values + count_, count_}, begin);
     throw SolveError{
         "the motion is no longer finite after t = " + std::to_string(begin) +
         " s; the time step is too long for `filter frequency` (see -ts_dt, -ts_adapt_type) or a load is not finite"};

@@ -13,6 +13,7 @@
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/series_search.hpp"
 #include "udar/integrators/touching_points.hpp"
+#include "udar/motion/finite.hpp"
 #include "udar/numerics/bernstein.hpp"
 #include "udar/numerics/roots.hpp"
 #include "udar/petsc/array.hpp"
@@ -62,7 +63,7 @@ class Chebyshev final : public ProblemIntegrator {
     next_.position.resize(count_);
     next_.velocity.resize(count_);
     fields(length_, next_.position, next_.velocity);
-    check_finite();
+    require_finite(*equations_, next_.position, next_.velocity, begin_);
     resting_before_ = contact_->resting_supports();
     track_contact();
     LineState line;
@@ -411,14 +412,6 @@ class Chebyshev final : public ProblemIntegrator {
     for (std::size_t i = 0; i < count_; ++i) {
       position[i] += start_[i];
     }
-  }
-
-  void check_finite() const {
-    double zero = 0.0;  // stays zero unless some value is not finite
-    for (std::size_t i = 0; i < count_; ++i) {
-      zero += 0.0 * (next_.position[i] + next_.velocity[i]);
-    }
-    throw_together<SolveError>(equations_->points().comm(), zero == 0.0 ? std::string{} : not_finite().what());
   }
 
   [[nodiscard]] double stretch_integral(std::size_t node, double time, const FreeMotion::Weights& sum) const {

@@ -16,6 +16,7 @@
 #include "udar/integrators/swept_line.hpp"
 #include "udar/integrators/touching_masses.hpp"
 #include "udar/local/step_maps.hpp"
+#include "udar/motion/finite.hpp"
 #include "udar/numerics/gauss.hpp"
 #include "udar/numerics/legendre.hpp"
 #include "udar/numerics/power_series.hpp"
@@ -398,7 +399,8 @@ class Impact final : public ProblemIntegrator {
       ++counts_.sweeps;
       reduce_(tally_, equations_->points().comm());
       if (tally_.most[Tally::broken] != 0.0) {
-        throw not_finite();
+        require_finite(*equations_, {sweep_.end, count_}, {sweep_.end + count_, count_}, begin_);
+        throw not_finite();  // what drives a mass at rest
       }
       scale_.grow(tally_.most[Tally::speed], highest_);
       // The line and its rate are known but for their last bits; what pulls the masses by these counts for nothing.

@@ -9,6 +9,7 @@
 
 #include "udar/contact/line_contact.hpp"
 #include "udar/integrators/problem_integrator.hpp"
+#include "udar/motion/finite.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/log.hpp"
@@ -36,16 +37,14 @@ class Moreau final : public ProblemIntegrator {
     }
     equations_->line().solve(displacement_, equations_->loads().mean(begin_, begin_ + step_, work_), stretch_, {});
     resolve_contact();
-    double zero = 0.0;  // stays zero unless some value is not finite
     {
       const petsc::WriteArray end{state_};
       for (std::size_t i = 0; i < count_; ++i) {
         end.values()[i] = start_[i] + step_ * start_[count_ + i] + 2.0 * stretch_[i];
         end.values()[count_ + i] = start_[count_ + i] + 4.0 / step_ * stretch_[i];
-        zero += 0.0 * end.values()[count_ + i];
       }
+      require_finite(*equations_, {end.values(), count_}, {end.values() + count_, count_}, begin_);
     }
-    throw_together<SolveError>(equations_->points().comm(), zero == 0.0 ? std::string{} : not_finite().what());
     // Times are multiples of the step: thousands of sums would leave a sliver of a step at the end.
     leave_step((std::round(begin_ / step_) + 1.0) * step_ - begin_, step_);
     write_journal();

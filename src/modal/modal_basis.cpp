@@ -178,7 +178,7 @@ double ModalBasis::share_outside(std::span<const double> values) const {
   };
   const double all = norm(rest);
   remove_modes(rest);
-  return all > 0.0 ? norm(rest) / all : 0.0;
+  return all == 0.0 ? 0.0 : norm(rest) / all;
 }
 
 /// x - Phi Phi' M x.

@@ -210,8 +210,10 @@ ModalState ModalModel::project(double time, std::span<const double> position, st
     away[i] -= axis_[i];
   }
   constexpr double kShare = 1e-3;
-  const double outside = std::max(basis_->share_outside(away), basis_->share_outside(velocity));
-  if (outside > kShare) {
+  const double of_places = basis_->share_outside(away);
+  const double of_speeds = basis_->share_outside(velocity);
+  if (!(of_places <= kShare) || !(of_speeds <= kShare)) {
+    const double outside = of_places <= of_speeds ? of_speeds : of_places;
     std::ostringstream message;
     message << "modal modes: " << basis_->modes() << " is not allowed, they leave out " << outside
             << " of the motion at the start, more than " << kShare << "; expected more modes, or a smoother start";

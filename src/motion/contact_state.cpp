@@ -86,7 +86,8 @@ ContactZone ContactState::zone(double since, double until, std::span<const std::
 
 void ContactState::record_gap(double gap, std::size_t node, double time) {
   if (smallest(gap)) {
-    totals_.line_gap = {.gap = gap, .x = points_->place(node).x, .time = time};
+    totals_.line_gap = {
+        .gap = gap, .x = points_->place(node).x, .time = time, .point = static_cast<std::int64_t>(node)};
   }
 }
 

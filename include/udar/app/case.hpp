@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "udar/contact/support.hpp"
+#include "udar/dynamics/guards.hpp"
 #include "udar/dynamics/model.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/structure/beam_chain.hpp"
@@ -95,6 +96,7 @@ struct OutputInput {
   OutputParameters output;
   RestartParameters restart;
   double wall_limit = 0.0;  ///< [s] of wall time; 0: none
+  GuardMode guard = GuardMode::warn;
   bool view = false;
 };
 
@@ -126,6 +128,7 @@ struct Case : ModelParameters {
   double field_tolerance = 0.0;
   OutputParameters output{};
   RestartParameters restart{};
+  GuardMode guard = GuardMode::warn;
   double wall_limit = 0.0;  ///< [s] of wall time; 0: none
   double end_time = 1.0;    ///< [s]
   bool view = false;

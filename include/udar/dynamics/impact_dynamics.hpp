@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "udar/dynamics/guards.hpp"
 #include "udar/dynamics/model.hpp"
 #include "udar/dynamics/run_checks.hpp"
 #include "udar/dynamics/snapshot_schedule.hpp"
@@ -55,9 +56,12 @@ class ImpactDynamics {
   void set_stop_request(std::function<bool()> stop) { requests_.stop = std::move(stop); }
   /// Asked after every step on every rank: any answer of true is in the `Progress` of all.
   void set_checkpoint_request(std::function<bool()> wanted) { requests_.checkpoint = std::move(wanted); }
+  /// What becomes of a run that is worth a warning; by default nothing, as where errors are what is looked for.
+  void set_guard(GuardMode mode) noexcept { guards_.set_mode(mode); }
 
   /// @brief Runs from the present time to `-ts_max_time`.
-  /// @throws SolveError if the integration or a line solve fails; the state is then that of the last good step
+  /// @throws SolveError if the integration or a line solve fails, or a guard ends the run; the state is then that of
+  /// the last good step
   void solve();
 
   [[nodiscard]] TS stepper() const noexcept { return stepping_.ts; }
@@ -123,7 +127,7 @@ class ImpactDynamics {
   [[nodiscard]] bool stop_between_rows(PetscInt rows) const;
   void fill(Row& row, double time, double until);
   [[nodiscard]] std::vector<Field> fields_of(const Row& row) const;
-  [[nodiscard]] ToleratedError tolerated_error() const;
+  [[nodiscard]] double tolerated_energy() const;
   void jump_loads(double begin);
   [[nodiscard]] std::size_t count() const { return model_->line.mass().size(); }
   static PetscErrorCode post_step_callback(TS stepper);
@@ -133,6 +137,7 @@ class ImpactDynamics {
   ContactState contact_;
   Kinks kinks_;
   EnergyBalance balance_;
+  Guards guards_;
   petsc::Vector state_;  // [Ym, Vm] of the local nodes
   Stepping stepping_;
   SnapshotSchedule schedule_;

@@ -27,19 +27,6 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
 void refuse_hops_without_length(const ContactParameters& parameters, const MotionScale& scale, double fastest,
                                 double end_time);
 
-/// @brief A step whose end is at hand.
-struct StepEnd {
-  double begin;                      ///< [s]
-  double time;                       ///< [s]
-  std::span<const double> before;    ///< Ym [m], then Vm [m/s] at its start
-  std::span<const double> position;  ///< Ym [m] at its end
-};
-
-/// @brief Where a mass, or the line that contact is on, is below a rigid support by more than what a step of the scheme
-/// may leave it. @return a message; empty: nowhere on this rank @note Not collective.
-[[nodiscard]] std::string fallen_through(const Equations& equations, const ContactState& contact,
-                                         std::span<const ContactSet> sets, double length, const StepEnd& step);
-
 /// @brief Ends a run whose time no longer moves on.
 class StandstillGuard {
  public:

@@ -55,6 +55,7 @@ struct LineGap {
   double gap = std::numeric_limits<double>::infinity();  ///< [m]; negative: the line sank through
   double x = 0.0;                                        ///< [m]
   double time = 0.0;                                     ///< [s]
+  std::int64_t point = -1;                               ///< local; negative: one of another rank, or another run
 };
 
 /// @brief What contact has come to since the start of the run.

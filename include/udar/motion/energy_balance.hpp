@@ -13,14 +13,8 @@
 
 namespace udar {
 
-/// @brief Errors of an integration that its own control lets pass.
-struct ToleratedError {
-  double share = 0.0;   ///< of a step, relative to the motion's scale
-  double energy = 0.0;  ///< of all steps so far [J]
-};
-
-/// @brief Keeps the energy ledger from row to row: what is stored, what loads and supports brought in, what is lost;
-/// and ends a run whose balance is off. Source: docs/theory.md, "Energy"
+/// @brief Keeps the energy ledger from row to row: what is stored, what loads and supports brought in, what is lost.
+/// Source: docs/theory.md, "Energy"
 class EnergyBalance {
  public:
   /// @brief The state at one time of the step at hand.
@@ -51,10 +45,10 @@ class EnergyBalance {
   [[nodiscard]] double energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,
                               LineState& line);
 
-  /// @brief Makes the ledger of a row. @param[in,out] besides is added up over the ranks in the same reduction
-  /// @note Collective: two reductions. @throws SolveError if the balance is off, dampers have given energy, or an
-  /// energy is not finite
-  void update(const Row& row, const DenseOutput& step, std::span<double> besides, const ToleratedError& tolerated);
+  /// @brief Makes the ledger of a row, and keeps it unless an energy is not finite. @param[in,out] besides is added up
+  /// over the ranks in the same reduction @param tolerated_energy error that all steps so far may have made [J]
+  /// @note Collective: two reductions.
+  EnergyLedger update(const Row& row, const DenseOutput& step, std::span<double> besides, double tolerated_energy);
 
   /// @name For a restart. @note `save` is collective.
   /// @{

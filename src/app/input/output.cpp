@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "app/input/readers.hpp"
@@ -8,6 +9,12 @@
 namespace udar::app {
 
 using petsc::OptionGroup;
+
+namespace {
+
+constexpr std::array kGuardModes{Names<GuardMode>{"warn", GuardMode::warn}, Names<GuardMode>{"stop", GuardMode::stop}};
+
+}  // namespace
 
 OutputInput read_output(MPI_Comm comm) {
   OutputInput input;
@@ -48,6 +55,10 @@ OutputInput read_output(MPI_Comm comm) {
     input.gauges.push_back({.x = place[i], .y = place[i + 1], .z = place[i + 2]});
   }
   input.in_space = !place.empty() || !input.gauge_junctions.empty();
+  group.choice<GuardMode>(
+      "-udar_guard", input.guard, kGuardModes,
+      "what becomes of a run whose energy balance is off, whose masses are below a support, or whose "
+      "impacts give energy: a warning, once, or its end");
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
   return input;
 }
