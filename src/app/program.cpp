@@ -4,6 +4,7 @@
 #include <csignal>
 #include <cstdio>
 #include <map>
+#include <new>
 #include <string>
 #include <thread>
 
@@ -21,6 +22,8 @@ std::string failure_of(MPI_Comm comm, const std::function<void()>& body) {
   std::string failure;
   try {
     body();
+  } catch (const std::bad_alloc&) {
+    failure = kShortOfMemory;
   } catch (const std::exception& error) {
     failure = petsc::with_option_keys(error.what());
   }

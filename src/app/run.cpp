@@ -7,6 +7,7 @@
 #include <functional>
 #include <iterator>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -23,6 +24,7 @@
 #include "udar/app/filter_warnings.hpp"
 #include "udar/app/output_size.hpp"
 #include "udar/app/places.hpp"
+#include "udar/app/program.hpp"
 #include "udar/app/view.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/petsc/error.hpp"
@@ -105,17 +107,30 @@ void introduce(const Case& input, Model& model, const std::vector<Mode>& modes) 
   warn_of_places(input, line.structure());
 }
 
+/// What is left of a run that failed. @return what to do about it
+std::string keep(const Case& input, Model& model, const ImpactDynamics& dynamics, RunOutput& output,
+                 const RunMarks& marks) {
+  try {
+    output.keep_last_step();
+    static_cast<void>(summarise(input, model.line, dynamics, output, marks));
+  } catch (const FileError& error) {
+    return std::string{"; nor can the last good step be kept: "} + error.what() +
+           how_to_go_on(input, dynamics.time(), false);
+  }
+  return how_to_go_on(input, dynamics.time(), true);
+}
+
 /// Runs to the end, or to what ends it: the last good step is kept and reported then, too.
 io::Summary go(const Case& input, Model& model, ImpactDynamics& dynamics, RunOutput& output, const CostMark& begin) {
   const RunMarks marks{.begin = begin, .stepping = cost_mark()};
   try {
     dynamics.solve();
-  } catch (const FileError&) {
-    throw;  // what is on the disk stays as it is
-  } catch (const std::exception&) {
-    output.keep_last_step();
-    static_cast<void>(summarise(input, model.line, dynamics, output, marks));
-    throw;
+  } catch (const FileError& error) {  // what is on the disk stays as it is
+    throw FileError{error.what() + how_to_go_on(input, dynamics.time(), false)};
+  } catch (const std::bad_alloc&) {  // on this rank alone, as a rule: the others cannot be asked to write
+    throw SolveError{kShortOfMemory + how_to_go_on(input, dynamics.time(), false)};
+  } catch (const std::exception& error) {
+    throw SolveError{error.what() + keep(input, model, dynamics, output, marks)};
   }
   return summarise(input, model.line, dynamics, output, marks);
 }

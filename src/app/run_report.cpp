@@ -2,7 +2,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "app/modal_estimate.hpp"
@@ -120,6 +122,25 @@ void write(MPI_Comm comm, const Case& input, const io::Summary& summary) {
   io::write_summary(comm, (std::filesystem::path{input.output.directory} / "summary.json").string(), summary);
 }
 
+std::string continue_with(const Case& input) { return "go on with udar -continue " + input.output.directory; }
+
+std::string how_to_go_on(const Case& input, double time, bool kept) {
+  std::ostringstream text;
+  if (kept) {
+    text << "; the last good step, at t = " << time << " s, is kept: ";
+  } else {
+    std::error_code unknown;
+    text << "; the run had come to t = " << time << " s";
+    if (!std::filesystem::exists(std::filesystem::path{input.output.directory} / "restart.h5", unknown)) {
+      text << ", without a checkpoint to go on from (see -restart_wall_minutes)";
+      return text.str();
+    }
+    text << ", its last checkpoint is kept: ";
+  }
+  text << continue_with(input);
+  return text.str();
+}
+
 void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
   UDAR_CALL(PetscPrintf(
       comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
@@ -128,7 +149,7 @@ void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
       summary.energy_drift, input.output.directory.c_str()));
   print_estimate(comm, summary);
   if (!summary.completed) {
-    UDAR_CALL(PetscPrintf(comm, "udar: go on with udar -continue %s\n", input.output.directory.c_str()));
+    UDAR_CALL(PetscPrintf(comm, "udar: %s\n", continue_with(input).c_str()));
   }
 }
 

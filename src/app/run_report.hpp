@@ -2,6 +2,8 @@
 /// @file
 /// What a run says of itself when it is over.
 
+#include <string>
+
 #include "app/run_costs.hpp"
 #include "app/run_output.hpp"
 #include "udar/app/case.hpp"
@@ -27,6 +29,14 @@ struct RunMarks {
 
 /// @brief Writes summary.json of a run. @note Collective. @throws FileError on all ranks
 void write(MPI_Comm comm, const Case& input, const io::Summary& summary);
+
+/// How a run that ended early is continued from its last checkpoint.
+[[nodiscard]] std::string continue_with(const Case& input);
+
+/// @brief The end of the message of a run that failed: how far it had come, and how it is continued.
+/// @param time that it had reached [s] @param kept whether restart.h5 is of that time; else of some time before, if
+/// there is one
+[[nodiscard]] std::string how_to_go_on(const Case& input, double time, bool kept);
 
 /// @brief The last lines on the terminal: how far the run came, and how it can be continued. @note Collective.
 void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary);

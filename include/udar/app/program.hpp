@@ -9,6 +9,10 @@
 
 namespace udar::app {
 
+/// What a failed allocation comes to.
+inline constexpr const char* kShortOfMemory =
+    "memory ran out: this needs more machines, fewer ranks on each, or a smaller case";
+
 /// @brief What `body` failed with, empty if it did not; the program ends here if only some ranks of `comm` failed,
 /// which would leave the others waiting.
 /// @note Collective; the message is that of this rank.
