@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <ratio>
 #include <sstream>
-#include <system_error>
 
 #include "app/continued_run.hpp"
 #include "udar/app/describe_case.hpp"
@@ -22,7 +21,34 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kWarnings = "warnings";
+constexpr const char* kGauges = "gauges";
 constexpr double kLongestPause = 1e6;  // [min]: the clock holds it
+
+std::vector<double> places_of(std::span<const Place> gauges) {
+  std::vector<double> all;
+  for (const Place& gauge : gauges) {
+    all.insert(all.end(), {gauge.x, gauge.y, gauge.z});
+  }
+  return all;
+}
+
+/// The first gauge in which two lists differ, in words; empty: none.
+std::string other_gauge(std::span<const double> there, std::span<const double> here) {
+  const auto text = [](std::span<const double> places, std::size_t gauge) {
+    if (3 * gauge >= places.size()) {
+      return std::string{"none"};
+    }
+    std::ostringstream words;
+    words << '(' << places[3 * gauge] << ", " << places[3 * gauge + 1] << ", " << places[3 * gauge + 2] << ") m";
+    return words.str();
+  };
+  const auto differ = std::ranges::mismatch(there, here);
+  if (differ.in1 == there.end() && differ.in2 == here.end()) {
+    return "";
+  }
+  const auto gauge = static_cast<std::size_t>(differ.in1 - there.begin()) / 3;
+  return "gauge " + std::to_string(gauge) + ": " + text(there, gauge) + " there, " + text(here, gauge) + " here";
+}
 
 }  // namespace
 
@@ -36,6 +62,7 @@ CheckpointWriter::CheckpointWriter(const ImpactDynamics& dynamics, const Case& i
           std::chrono::duration<double, std::ratio<60>>{std::min(input.restart.wall_minutes, kLongestPause)})},
       written_{Clock::now()},
       parameters_{describe(input, structure).parameters()},
+      gauges_{places_of(input.gauges)},
       texts_{texts_to_go_on()} {
   int rank = 0;
   MPI_Comm_rank(points_.comm(), &rank);
@@ -63,6 +90,7 @@ void CheckpointWriter::write() {
   }
   MotionState state = dynamics_->save();
   state.parameters = parameters_;
+  state.tables[kGauges] = gauges_;
   state.texts.insert(texts_.begin(), texts_.end());
   std::string& warnings = state.texts[kWarnings];
   for (const std::string& warning : petsc::warnings()) {
@@ -72,16 +100,11 @@ void CheckpointWriter::write() {
   written_ = Clock::now();
 }
 
-void CheckpointWriter::write_head(const std::string& from) const {
-  std::error_code error;
-  int same = first_rank_ && std::filesystem::equivalent(from, path_, error) ? 1 : 0;
-  MPI_Bcast(&same, 1, MPI_INT, 0, points_.comm());
-  if (same == 0) {
-    MotionState head;
-    head.parameters = parameters_;
-    head.texts = texts_;
-    io::write_checkpoint(points_, path_, head, &cells_);
-  }
+void CheckpointWriter::write_head() const {
+  MotionState head;
+  head.parameters = parameters_;
+  head.texts = texts_;
+  io::write_checkpoint(points_, path_, head, &cells_);
 }
 
 void CheckpointWriter::restore(const MotionState& state) {
@@ -108,6 +131,12 @@ MotionState restore(ImpactDynamics& dynamics, const Case& input, const Structure
   const io::PointOrder points{structure.points()};
   const io::PointOrder cells{points.comm(), structure.topology()};
   MotionState state = io::read_checkpoint(points, input.restart.file, accept, &cells);
+  if (input.restart.in_place) {
+    const std::string other = other_gauge(state.table(kGauges), places_of(input.gauges));
+    if (!other.empty()) {
+      throw InputError{"option -continue: the columns of gauges.csv stay as they are; " + other};
+    }
+  }
   if (!dynamics.goes_on_from(state.integrator)) {
     UDAR_CALL(
         PetscPrintf(points.comm(),

@@ -35,10 +35,8 @@ class CheckpointWriter final : public Observer {
   [[nodiscard]] bool due() const;
   /// @note Collective. @throws FileError on all ranks
   void write();
-  /// @brief Writes one without a state: from now on it is known what run this is.
-  /// @param from where the run begins, empty: at t = 0; nothing is written in its place
-  /// @note Collective. @throws FileError on all ranks
-  void write_head(const std::string& from) const;
+  /// One without a state: from now on it is known what run this is. @note Collective. @throws FileError on all ranks
+  void write_head() const;
 
  private:
   void set_next(double time);
@@ -53,6 +51,7 @@ class CheckpointWriter final : public Observer {
   std::chrono::steady_clock::time_point written_;
   bool first_rank_;
   std::vector<Parameter> parameters_;
+  std::vector<double> gauges_;                ///< x, y, z of each [m]
   std::map<std::string, std::string> texts_;  ///< to go on by
   std::vector<Observer*> others_;
 };

@@ -2,17 +2,20 @@
 
 #include <petscsys.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "udar/io/checkpoint.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/option_sources.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/scoped_options.hpp"
+#include "udar/petsc/session.hpp"
 
 namespace udar::app {
 namespace {
@@ -21,6 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kContinue = "-continue";
 constexpr const char* kDirectory = "-output_directory";
+constexpr const char* kRestart = "-restart_file";
 constexpr const char* kOptions = "options";
 constexpr const char* kPlace = "working directory";
 constexpr char kBetween = '\0';  // keys and values; none of them has it
@@ -46,11 +50,12 @@ std::string whole_file(MPI_Comm comm, const std::string& folder) {
   if (!exists(comm, path) && !exists(comm, before)) {
     return "";
   }
-  const std::string failure = io::checkpoint_failure(comm, path);
+  const std::string failure = exists(comm, path) ? io::checkpoint_damage(comm, path) : "it is missing";
   if (failure.empty()) {
     return path;
   }
-  if (const std::string other = io::checkpoint_failure(comm, before); !other.empty()) {
+  const std::string other = exists(comm, before) ? io::checkpoint_damage(comm, before) : "it is missing";
+  if (!other.empty()) {
     refuse(folder, "restart.h5: " + failure + "; restart.previous.h5: " + other);
   }
   UDAR_CALL(PetscPrintf(comm, "udar: '%s': %s; the run goes on from the restart file before\n", path.c_str(),
@@ -108,22 +113,31 @@ void keep_folder(MPI_Comm comm, const std::string& folder) {
 
 /// A run that wrote no restart file is begun, if it is known which.
 ContinuedRun begin(MPI_Comm comm, const std::string& folder) {
-  if (exists(comm, fs::path{folder} / "summary.json")) {
-    refuse(folder, "it holds a run that ended, and no restart.h5");
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  int there = rank == 0 && io::holds_a_run(folder) ? 1 : 0;
+  MPI_Bcast(&there, 1, MPI_INT, 0, comm);
+  if (there != 0) {
+    refuse(folder, "it holds results, and no restart.h5 that they belong to");
   }
   if (petsc::inserted_files().empty()) {
     refuse(folder, "it holds no restart.h5; with a case file the run would begin there");
   }
   UDAR_CALL(PetscPrintf(comm, "udar: there is no restart file in '%s': the run begins\n", folder.c_str()));
   UDAR_CALL(PetscOptionsSetValue(nullptr, kDirectory, folder.c_str()));
-  return {.folder = folder, .file = ""};
+  return {.folder = folder, .file = "", .known = false};
 }
 
 }  // namespace
 
 std::map<std::string, std::string> texts_to_go_on() {
   std::string options;
+  // A log has begun before the options of a run are put back; a study deals its points out itself.
+  constexpr std::array kNotOfTheRun{"-log_", "-study_", "-options_left", "-help"};
   for (const auto& [key, value] : petsc::all_options()) {
+    if (std::ranges::any_of(kNotOfTheRun, [&key](const char* group) { return key.starts_with(group); })) {
+      continue;
+    }
     options.append(key).append(1, kBetween).append(value.value_or("")).append(1, kBetween);
   }
   std::error_code error;
@@ -136,19 +150,28 @@ std::optional<ContinuedRun> take_up_run(MPI_Comm comm) {
   const bool given = group.string(kContinue, folder,
                                   "go on with the run in this folder, in its own files and with its own options; with "
                                   "a case file it begins there if it has not yet");
-  if (!given) {
+  if (!given || petsc::Session::help_requested()) {
     return std::nullopt;
   }
-  for (const char* key : {kDirectory, "-restart_file"}) {
-    if (petsc::option_value(key)) {
+  for (const char* key : {kDirectory, kRestart}) {
+    if (petsc::option_value(key) && !petsc::given_in_file(key)) {
       throw InputError{std::string{"option "} + key + " is not allowed with -continue, which names the run's folder"};
     }
   }
   folder = fs::absolute(folder).lexically_normal().string();
   UDAR_CALL(PetscOptionsClearValue(nullptr, kContinue));  // none of the run
+  io::FolderLock lock;
+  if (exists(comm, folder)) {
+    lock = io::FolderLock{comm, folder};
+  }
   const std::string file = whole_file(comm, folder);
   if (file.empty()) {
-    return begin(comm, folder);
+    ContinuedRun run = begin(comm, folder);
+    run.lock = std::move(lock);
+    return run;
+  }
+  for (const char* key : {kDirectory, kRestart}) {
+    UDAR_CALL(PetscOptionsClearValue(nullptr, key));  // a case file's
   }
   const io::CheckpointHead head = io::read_checkpoint_head(comm, file);
   go_to(comm, head.texts.at(kPlace));
@@ -157,7 +180,7 @@ std::optional<ContinuedRun> take_up_run(MPI_Comm comm) {
   if (!head.begun) {
     UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' has no step yet: it begins\n", folder.c_str()));
   }
-  return ContinuedRun{.folder = folder, .file = head.begun ? file : ""};
+  return ContinuedRun{.folder = folder, .file = head.begun ? file : "", .known = true, .lock = std::move(lock)};
 }
 
 }  // namespace udar::app

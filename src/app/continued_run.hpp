@@ -8,12 +8,16 @@
 #include <optional>
 #include <string>
 
+#include "udar/io/run_directory.hpp"
+
 namespace udar::app {
 
 /// @brief A run to go on with.
 struct ContinuedRun {
   std::string folder;  ///< with all its files
-  std::string file;    ///< the restart file there; empty: it begins at t = 0
+  std::string file;    ///< the restart file there; empty: it begins
+  bool known = false;  ///< the folder belongs to this run: its files may go, where it begins
+  io::FolderLock lock{};
 };
 
 /// @brief Reads `-continue`. The options that the run had come into the database where none are given now, and files

@@ -56,7 +56,7 @@ std::optional<double> stress(const io::Summary& summary) {
 /// @return empty: it cannot be run, or was told to stop
 std::optional<io::Summary> run_aside(MPI_Comm comm, const Case& other, const std::function<bool()>& stop) {
   try {
-    io::prepare_run_directory(comm, other.output.directory, other.output.overwrite);
+    const io::FolderLock lock = io::prepare_run_directory(comm, other.output.directory, other.output.overwrite);
     Model model{comm, other};
     ImpactDynamics dynamics{model};
     dynamics.set_stop_request(stop);

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <memory>
 #include <new>
 #include <optional>
 #include <string>
@@ -27,6 +26,7 @@
 #include "udar/app/program.hpp"
 #include "udar/app/view.hpp"
 #include "udar/io/run_directory.hpp"
+#include "udar/motion/kinks.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -39,12 +39,10 @@ namespace {
 Case asked_case(MPI_Comm comm, const std::optional<ContinuedRun>& continued) {
   static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
-  register_types();
-  petsc::check_petsc_options();
   Case input = resolve(comm, read_case(comm));
   if (continued) {
-    input.restart.in_place = true;
-    input.restart.file = continued->file.empty() ? input.restart.file : continued->file;
+    input.restart.in_place = !continued->file.empty();
+    input.restart.file = input.restart.in_place ? continued->file : input.restart.file;
   }
   return input;
 }
@@ -62,18 +60,18 @@ bool is_complete(MPI_Comm comm, const Case& input, const MotionState& earlier) {
     ended = !summary.empty() && estimated ? 1 : 0;
   }
   MPI_Bcast(&ended, 1, MPI_INT, 0, comm);
-  return ended != 0 && earlier.scalar("time") >= input.end_time;
+  return ended != 0 && input.end_time - earlier.scalar("time") <= time_resolution(input.end_time);
 }
 
 /// The folder of a run, taken for this program alone.
-/// @param in_place the files there are gone on in @param continued files there are of this run
-std::unique_ptr<io::FolderLock> open_folder(MPI_Comm comm, const Case& input, bool in_place, bool continued) {
+io::FolderLock open_folder(MPI_Comm comm, const Case& input, std::optional<ContinuedRun>& continued) {
   const std::string& folder = input.output.directory;
-  if (in_place) {
-    auto lock = std::make_unique<io::FolderLock>(comm, folder);
+  io::FolderLock lock = continued ? std::move(continued->lock) : io::FolderLock{};
+  if (input.restart.in_place) {
     io::reopen_run_directory(comm, folder);
     return lock;
   }
+  const bool known = continued && continued->known;
   std::error_code error;
   const std::filesystem::path of_restart = std::filesystem::path{input.restart.file}.parent_path();
   if (input.output.overwrite && !input.restart.file.empty() &&
@@ -84,8 +82,8 @@ std::unique_ptr<io::FolderLock> open_folder(MPI_Comm comm, const Case& input, bo
         "on in them",
         folder.c_str(), folder.c_str());
   }
-  io::prepare_run_directory(comm, folder, input.output.overwrite || continued, input.restart.file);
-  return std::make_unique<io::FolderLock>(comm, folder);
+  const std::string keep = known ? folder + "/restart.h5" : input.restart.file;
+  return io::prepare_run_directory(comm, folder, input.output.overwrite || known, keep, std::move(lock));
 }
 
 /// All that is said before the first step.
@@ -157,7 +155,9 @@ void refuse_keys_of_other_programs() {
 
 RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   const CostMark begin = cost_mark();
-  const std::optional<ContinuedRun> continued = take_up_run(comm);
+  register_types();
+  petsc::check_petsc_options();
+  std::optional<ContinuedRun> continued = take_up_run(comm);
   const Case input = asked_case(comm, continued);
   const bool help = petsc::Session::help_requested();
   std::vector<Mode> modes;
@@ -178,13 +178,13 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (!input.restart.file.empty()) {
     earlier = restore(dynamics, input, *model.structure);
   }
-  const bool in_place = continued && !continued->file.empty();
+  const bool in_place = input.restart.in_place;
   if (in_place && is_complete(comm, input, *earlier)) {
     UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' has reached its end at t = %g s; a later -ts_max_time goes on\n",
                           input.output.directory.c_str(), input.end_time));
     return {};
   }
-  const auto lock = open_folder(comm, input, in_place, continued.has_value());
+  const io::FolderLock lock = open_folder(comm, input, continued);
   if (!input.write.empty()) {
     write_beam_matrices(*model.structure->chain(), input.write);
   }
@@ -200,7 +200,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
     dynamics.add_observer(hooks.listener(input, model.structure->points()));
   }
   const auto signal = [&] { return hooks.stop_signal ? hooks.stop_signal() : 0; };
-  const auto late = [&] { return input.wall_limit > 0.0 && cost_mark().time - begin.time >= input.wall_limit; };
+  const auto late = [&] { return input.wall_limit > 0.0 && wall_time() - begin.time >= input.wall_limit; };
   const auto stop = [&] { return signal() != 0 || late(); };
   dynamics.set_stop_request(stop);
   io::Summary summary = go(input, model, dynamics, output, begin);

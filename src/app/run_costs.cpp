@@ -36,10 +36,14 @@ petsc::Traffic difference(const petsc::Traffic& a, const petsc::Traffic& b) {
 
 }  // namespace
 
+double wall_time() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 CostMark cost_mark() {
   const petsc::LogEvents& events = petsc::log_events();
   CostMark mark;
-  mark.time = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  mark.time = wall_time();
   mark.traffic = petsc::traffic();
   mark.stages = {
       {"assemble", petsc::event_totals(events.assemble)},   {"line_solve", petsc::event_totals(events.solve)},

@@ -19,6 +19,8 @@ struct CostMark {
   std::map<std::string, petsc::EventTotals> stages;
 };
 [[nodiscard]] CostMark cost_mark();
+/// That clock now [s].
+[[nodiscard]] double wall_time();
 
 /// @brief Enters the costs of a run into its summary.
 /// @param[in] begin of the run, of the stepping and the end of the stepping

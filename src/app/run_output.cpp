@@ -27,8 +27,8 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
       forces_{input.supports.size(), input.output.interval, input.output.force_window,
               io::sampling_interval(input.output.interval, longest_sample(input))} {
   const io::RunLayout layout = layout_of(input, line, dynamics, earlier);
-  if (layout.earlier == nullptr) {
-    checkpoint_.write_head(input.restart.file);
+  if (earlier == nullptr) {
+    checkpoint_.write_head();
   }
   observers_ = io::make_run_writers(layout, input.output.directory, input.output.interval, input.output.field_interval,
                                     &forces_, &peaks_);
@@ -47,6 +47,9 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
   if (earlier != nullptr) {
     checkpoint_.restore(*earlier);
     std::ranges::for_each(observers_, [&](const auto& observer) { observer->restore(*earlier); });
+    if (layout.earlier == nullptr) {  // what is in the folder belongs to these files from now on
+      checkpoint_.write();
+    }
   }
   dynamics.set_checkpoint_request([this] { return checkpoint_.due(); });
 }

@@ -285,8 +285,9 @@ void ImpactDynamics::tell_progress(bool checkpoint) {
 }
 
 void ImpactDynamics::start() {
-  counters_.setup_line_solves = model_->line.solves();
-  counters_.before[kLineSolves] -= counters_.setup_line_solves;
+  // Up to here, or from `restore` to here, solves are none of the stepping.
+  const PetscInt solves = model_->line.solves();
+  counters_.before[kLineSolves] -= solves - std::exchange(counters_.setup_line_solves, solves);
   if (phase_ == Phase::restored) {
     schedule_.resume(std::max(time_, last_row_time_));  // up to there the run that wrote the restart file took them
   } else {
@@ -399,7 +400,7 @@ void ImpactDynamics::solve() {
   if (phase_ != Phase::running) {
     start();
   }
-  completed_ = time_ >= stepping_.end_time;
+  completed_ = stepping_.end_time - time_ <= time_resolution(stepping_.end_time);
   if (!completed_) {
     try {
       UDAR_CALL(TSSolve(stepping_.ts, nullptr));
@@ -539,8 +540,7 @@ void ImpactDynamics::restore(const MotionState& state) {
     const auto saved = state.scalars.find(kCounted + name);
     counters_.before[name] = saved != state.scalars.end() ? static_cast<PetscInt>(saved->second) - here : 0;
   }
-  // The solves from here to the first step are none of the stepping: see `start`.
-  counters_.before[kLineSolves] += model_->line.solves();
+  counters_.setup_line_solves = model_->line.solves();
   phase_ = Phase::restored;
 }
 

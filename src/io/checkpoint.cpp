@@ -122,10 +122,14 @@ void write_content(Hdf5File& file, const PointOrder& points, const PointOrder* c
   file.close();
 }
 
+std::string cannot_read(const std::string& path, const std::string& why) {
+  return "restart file: cannot read '" + path + "': " + why;
+}
+
 /// One that is whole, and of this version.
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path) {
-  const std::string failure = checksum_failure(comm, path);
-  throw_together<FileError>(comm, failure.empty() ? "" : "restart file: cannot read '" + path + "': " + failure);
+  const std::string failure = checksum_failure(comm, path).text;
+  throw_together<FileError>(comm, failure.empty() ? "" : cannot_read(path, failure));
   auto file = std::make_unique<Hdf5File>(comm, path, Hdf5File::Access::read, "restart file");
   file->agree(file->has("/", "format") && file->read_text("/", "format") == kFormat, "not a checkpoint of udar");
   const std::int64_t version = file->read_int("/", "format_version");
@@ -170,7 +174,11 @@ std::string previous_checkpoint(const std::string& path) {
   return (file.parent_path() / (file.stem().string() + ".previous" + file.extension().string())).string();
 }
 
-std::string checkpoint_failure(MPI_Comm comm, const std::string& path) { return checksum_failure(comm, path); }
+std::string checkpoint_damage(MPI_Comm comm, const std::string& path) {
+  const ChecksumFailure failure = checksum_failure(comm, path);
+  throw_together<FileError>(comm, failure.unreadable ? cannot_read(path, failure.text) : "");
+  return failure.text;
+}
 
 CheckpointHead read_checkpoint_head(MPI_Comm comm, const std::string& path) {
   const auto file = open_checkpoint(comm, path);

@@ -12,7 +12,7 @@ class FieldWriter final : public Observer {
   FieldWriter(const RunLayout& layout, const std::string& folder, const std::shared_ptr<ResultsFile>& results,
               double interval)
       : results_{results}, interval_{interval}, times_{results->field_times()} {
-    if (interval_ > 0.0) {
+    if (interval_ > 0.0 || !times_.empty()) {
       xdmf_ = std::make_unique<XdmfFile>(layout, folder + "results.xdmf", kResults, "results.vtkhdf:/VTKHDF/Points");
       rows_shown_ = static_cast<std::size_t>(xdmf_->rows());
       vtkhdf_ = std::make_unique<VtkHdfFile>(layout, folder + "results.vtkhdf", kResults);
@@ -33,6 +33,9 @@ class FieldWriter final : public Observer {
   void flush() override {
     results_->flush();
     show_rows();
+    if (xdmf_) {
+      xdmf_->sync();
+    }
   }
 
   void save(MotionState& state) const override {

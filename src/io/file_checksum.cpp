@@ -120,27 +120,28 @@ std::string append_checksum(MPI_Comm comm, const std::string& path) {
   return error != 0 ? system_reason(error) : "";
 }
 
-std::string checksum_failure(MPI_Comm comm, const std::string& path) {
+ChecksumFailure checksum_failure(MPI_Comm comm, const std::string& path) {
+  const auto by_system = [](int error) { return ChecksumFailure{.text = system_reason(error), .unreadable = true}; };
   const OpenFile file{path};
   if (const int error = of_first_rank(comm, file.error()); error != 0) {
-    return system_reason(error);
+    return by_system(error);
   }
   const std::uint64_t size = of_first_rank(comm, file.size());
   std::array<char, kLine> line{};
   const std::uint64_t bytes = size - std::min<std::uint64_t>(size, kLine);
   int error = size < kLine ? 0 : file.read(line.data(), kLine, bytes);
   if (error = of_first_rank(comm, error); error != 0) {
-    return system_reason(error);  // a folder, a disk that is going
+    return by_system(error);  // a folder, a disk that is going
   }
   const std::string_view found{line.data(), line.size()};
   if (!of_first_rank(comm, found.starts_with("\nudar: CRC-32 "))) {
-    return "not a checkpoint of this version of udar, or cut short: no checksum at its end";
+    return {.text = "not a checkpoint of this version of udar, or cut short: no checksum at its end"};
   }
   const Content content = content_of(comm, file, bytes);
   if (content.error != 0) {
-    return system_reason(content.error);
+    return by_system(content.error);
   }
-  return of_first_rank(comm, found == line_of(content)) ? "" : "damaged: its bytes do not have its checksum";
+  return {.text = of_first_rank(comm, found == line_of(content)) ? "" : "damaged: its bytes do not have its checksum"};
 }
 
 }  // namespace udar::io

@@ -17,10 +17,16 @@ namespace udar::io {
 /// @note Collective; each rank reads its share of the file.
 [[nodiscard]] std::string append_checksum(MPI_Comm comm, const std::string& path);
 
+/// @brief What is wrong with a file.
+struct ChecksumFailure {
+  std::string text;         ///< empty: nothing
+  bool unreadable = false;  ///< the system does not let it be read, whatever it is like
+};
+
 /// @brief Whether the file is byte for byte as it was when `append_checksum` left it. No library has to understand
 /// bytes that are damaged: HDF5 may hang or crash on them.
-/// @return what is wrong with it, empty if nothing is; the same on every rank
+/// @return the same on every rank
 /// @note Collective; each rank reads its share of the file.
-[[nodiscard]] std::string checksum_failure(MPI_Comm comm, const std::string& path);
+[[nodiscard]] ChecksumFailure checksum_failure(MPI_Comm comm, const std::string& path);
 
 }  // namespace udar::io

@@ -376,6 +376,13 @@ void Hdf5File::add_attribute(const std::string& object, const std::string& name,
   add_attribute_of(object, name, H5T_NATIVE_UINT64, &value);
 }
 
+void Hdf5File::remove_attribute(const std::string& object, const std::string& name) {
+  if (has(object, name)) {
+    spend(0);
+    agree(H5Adelete_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT) >= 0);
+  }
+}
+
 void Hdf5File::add_dataset(const std::string& name, hid_t type, const NodeRange& range, const void* values,
                            int components) {
   using Extent = std::array<hsize_t, 2>;
@@ -419,7 +426,9 @@ void Hdf5File::add_small(const std::string& name, std::span<const std::int64_t> 
 }
 
 void Hdf5File::add_bytes(const std::string& name, const std::string& bytes) {
-  add_dataset(name, H5T_NATIVE_UINT8, on_first(bytes.size()), bytes.data());
+  auto size = static_cast<std::uint64_t>(bytes.size());
+  MPI_Bcast(&size, 1, MPI_UINT64_T, 0, comm_);
+  add_dataset(name, H5T_NATIVE_UINT8, on_first(size), bytes.data());
 }
 
 void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values) {

@@ -14,19 +14,6 @@
 // Where a file stands, and how it is put back there.
 
 namespace udar::io {
-namespace {
-
-/// Rank 0's text or numbers on every rank.
-template <class Values>
-void share(MPI_Comm comm, Values& values, MPI_Datatype type) {
-  auto size = static_cast<std::uint64_t>(values.size());
-  MPI_Bcast(&size, 1, MPI_UINT64_T, 0, comm);
-  values.resize(size);
-  MPI_Bcast(values.data(), static_cast<int>(size), type, 0, comm);
-}
-
-}  // namespace
-
 void Hdf5File::put_back(const Mark& mark) {
   const auto size = static_cast<std::uint64_t>(mark.extents.front());
   std::string reason;
@@ -51,10 +38,12 @@ void Hdf5File::put_back(const Mark& mark) {
   }
   agree(error == 0, system_reason(error));
   flushed_end_ = size;
-  for (haddr_t end = 0, i = 1; i < mark.extents.size(); i += 2) {  // between the pieces
+  haddr_t end = 0;  // values stand between the pieces
+  for (std::size_t i = 1; i + 1 < mark.extents.size(); i += 2) {
     note_values(end, static_cast<haddr_t>(mark.extents[i]) - end);
     end = static_cast<haddr_t>(mark.extents[i] + mark.extents[i + 1]);
   }
+  note_values(end, size - end);
 }
 
 void Hdf5File::note_values(haddr_t begin, hsize_t bytes) {
@@ -104,8 +93,10 @@ Hdf5File::Mark Hdf5File::mark() {
     keep(done, size);
   }
   agree(error == 0, system_reason(error));
-  share(comm_, mark.extents, MPI_DOUBLE);
-  share(comm_, mark.pieces, MPI_CHAR);
+  auto count = static_cast<std::uint64_t>(mark.extents.size());
+  MPI_Bcast(&count, 1, MPI_UINT64_T, 0, comm_);
+  mark.extents.resize(count);
+  MPI_Bcast(mark.extents.data(), static_cast<int>(count), MPI_DOUBLE, 0, comm_);
   return mark;
 }
 

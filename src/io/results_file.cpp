@@ -194,20 +194,26 @@ void add_cells(Hdf5File& file, const RunLayout& layout) {
   }
 }
 
+/// What a run that goes on may have otherwise.
+void set_program(Hdf5File& file, const RunLayout& layout) {
+  int ranks = 1;
+  MPI_Comm_size(layout.comm(), &ranks);
+  file.remove_attribute("/", "options");
+  file.add_attribute("/", "options", layout.options_text);
+  file.remove_attribute("/", "ranks");
+  file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
+}
+
 void add_layout(Hdf5File& file, const RunLayout& layout) {
   for (const auto& [library, version] : library_versions()) {
     file.add_attribute("/", library + "_version", version);
   }
-  int ranks = 1;
-  MPI_Comm_size(layout.comm(), &ranks);
-  file.add_attribute("/", "options", layout.options_text);
   if (layout.filter_frequency) {
     file.add_attribute("/", "filter_frequency", *layout.filter_frequency);
   }
   const bool only_points = layout.topology.shape == Topology::Shape::vertex;
   file.add_attribute("/", "structure", std::string{layout.topology.name});
   file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells().total));
-  file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
   file.add_group("/parameters");
   for (const auto& [name, value] : layout.parameters) {
     file.add_attribute("/parameters", name, value);
@@ -301,6 +307,7 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
     add_layout(*file_, layout);
     file_->add_group("/fields");
   }
+  set_program(*file_, layout);
   add_table(*file_, anew_, kFieldTime, H5T_NATIVE_DOUBLE, "s");
   for (const FileField& field : fields_) {
     file_->add_rows(field.path(), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE,
@@ -386,8 +393,9 @@ void ResultsFile::add_contact(double force_window, bool supports_move) {
   add_table(*file_, anew_, kContact, contact_type(), "s,1,m,m,N,N s");
   if (anew_) {
     file_->add_group("/supports");
-    file_->add_attribute("/supports", "force_window", force_window);
   }
+  file_->remove_attribute("/supports", "force_window");
+  file_->add_attribute("/supports", "force_window", force_window);
   const auto add_rows = [this](const char* name, const char* units) {
     file_->add_rows(name, H5T_NATIVE_DOUBLE, supports_);
     if (anew_) {

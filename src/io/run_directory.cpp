@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -63,8 +64,8 @@ std::string remove_files(const fs::path& folder, std::span<const char* const> na
   return "";
 }
 
-/// What keeps a run from being written into `folder`, empty if nothing does.
-std::string prepare(const fs::path& folder, bool overwrite, const std::string& keep) {
+/// Makes the folder; returns what went wrong.
+std::string make(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
@@ -73,20 +74,37 @@ std::string prepare(const fs::path& folder, bool overwrite, const std::string& k
   if (!fs::is_directory(folder, error)) {
     return "cannot be made a folder: " + reason(ENOTDIR);
   }
-  if (std::string failure = probe(folder); !failure.empty()) {
-    return failure;
-  }
+  return probe(folder);
+}
+
+/// The first file that is a sign of a run; empty: none.
+std::string sign_of_a_run(const fs::path& folder) {
+  const auto* const sign = std::ranges::find_if(kSignsOfARun, [&](const char* name) {
+    std::error_code error;
+    return fs::exists(folder / name, error);
+  });
+  return sign != kSignsOfARun.end() ? *sign : "";
+}
+
+/// Takes away the run that is there; returns what keeps it from that.
+std::string clear(const fs::path& folder, bool overwrite, const std::string& keep) {
   if (!overwrite) {
-    for (const char* name : kSignsOfARun) {
-      if (fs::exists(folder / name, error)) {
-        return std::string{"already holds a run ("} + name +
-               "); give `output overwrite` to replace it, or another folder";
-      }
-    }
-    return "";
+    const std::string sign = sign_of_a_run(folder);
+    return sign.empty()
+               ? ""
+               : "already holds a run (" + sign + "); give `output overwrite` to replace it, or another folder";
   }
   std::string failure = remove_files(folder, kOpenFiles, keep);
   return failure.empty() ? remove_files(folder, kOtherFiles, keep) : failure;
+}
+
+/// What rank 0 alone does and finds, told to all. @note Collective.
+template <class Action>
+void on_first_rank(MPI_Comm comm, const std::string& path, const Action& action) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const std::string failure = rank == 0 ? action(fs::path{path}) : "";
+  throw_together<FileError>(comm, failure.empty() ? "" : "output directory: '" + path + "' " + failure);
 }
 
 }  // namespace
@@ -107,7 +125,12 @@ FolderLock::FolderLock(MPI_Comm comm, const std::string& path) {
   }
   throw_together<FileError>(comm,
                             held ? "output directory: '" + path + "' is in use: another udar writes into it" : "");
-  if (descriptor_ >= 0) {  // a rank alone keeps it
+  // Any rank alone keeps it, all in the same way: rank 0 gives up that none other may have it first.
+  if (rank == 0 && descriptor_ >= 0) {
+    std::ignore = flock(descriptor_, LOCK_SH | LOCK_NB);
+  }
+  MPI_Barrier(comm);
+  if (rank != 0 && descriptor_ >= 0) {
     std::ignore = flock(descriptor_, LOCK_SH | LOCK_NB);
   }
 }
@@ -118,15 +141,13 @@ FolderLock::~FolderLock() {
   }
 }
 
+bool holds_a_run(const std::string& path) { return !sign_of_a_run(path).empty(); }
+
 void reopen_run_directory(MPI_Comm comm, const std::string& path) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  std::string failure;
-  if (rank == 0) {
-    failure = probe(path);
-    failure = failure.empty() ? remove_files(path, kAtTheEnd) : failure;
-  }
-  throw_together<FileError>(comm, failure.empty() ? "" : "output directory: '" + path + "' " + failure);
+  on_first_rank(comm, path, [](const fs::path& folder) {
+    const std::string failure = probe(folder);
+    return failure.empty() ? remove_files(folder, kAtTheEnd) : failure;
+  });
 }
 
 RunFiles::RunFiles(MPI_Comm comm, const std::string& path) : comm_{comm} {
@@ -153,14 +174,14 @@ void RunFiles::require_present() const {
   throw_together<FileError>(comm_, failure);
 }
 
-void prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  std::string failure;
-  if (rank == 0) {
-    failure = prepare(path, overwrite, keep);
+FolderLock prepare_run_directory(MPI_Comm comm, const std::string& path, bool overwrite, const std::string& keep,
+                                 FolderLock lock) {
+  on_first_rank(comm, path, make);
+  if (!lock.held()) {
+    lock = FolderLock{comm, path};
   }
-  throw_together<FileError>(comm, failure.empty() ? "" : "output directory: '" + path + "' " + failure);
+  on_first_rank(comm, path, [&](const fs::path& folder) { return clear(folder, overwrite, keep); });
+  return lock;
 }
 
 }  // namespace udar::io

@@ -162,6 +162,8 @@ void XdmfFile::append(double time) {
   ++rows_;
 }
 
+void XdmfFile::sync() { file_->sync(); }
+
 void XdmfFile::save(MotionState& state) const {
   file_->save(state);
   state.scalars[kRowsOfXdmf] = static_cast<double>(rows_);

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <vector>
 
 #include "udar/petsc/error.hpp"
@@ -15,6 +16,7 @@ namespace {
 /// The balance as a restart file keeps it.
 using LedgerNumbers = std::array<double, sizeof(EnergyLedger) / sizeof(double)>;
 constexpr const char* kLedger = "energy_balance";
+constexpr const char* kLoadWork = "load_work";  ///< each rank's
 
 }  // namespace
 
@@ -107,9 +109,12 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
 }
 
 void EnergyBalance::save(MotionState& state) const {
-  double work = load_work_;
-  MPI_Allreduce(MPI_IN_PLACE, &work, 1, MPI_DOUBLE, MPI_SUM, equations_->points().comm());
-  state.scalars["load_work"] = work;
+  const MPI_Comm comm = equations_->points().comm();
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  std::vector<double>& shares = state.tables[kLoadWork];
+  shares.resize(static_cast<std::size_t>(ranks));
+  MPI_Allgather(&load_work_, 1, MPI_DOUBLE, shares.data(), 1, MPI_DOUBLE, comm);
   const auto numbers = std::bit_cast<LedgerNumbers>(ledger_);
   state.tables[kLedger].assign(numbers.begin(), numbers.end());
 }
@@ -122,7 +127,17 @@ void EnergyBalance::restore(const MotionState& state) {
   }
   std::ranges::copy(saved, numbers.begin());
   ledger_ = std::bit_cast<EnergyLedger>(numbers);
-  load_work_ = on_first_rank() ? state.scalar("load_work") : 0.0;
+  // On as many ranks sums round as before.
+  const std::vector<double>& shares = state.table(kLoadWork);
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(equations_->points().comm(), &rank);
+  MPI_Comm_size(equations_->points().comm(), &ranks);
+  if (shares.size() == static_cast<std::size_t>(ranks)) {
+    load_work_ = shares[static_cast<std::size_t>(rank)];
+  } else {
+    load_work_ = rank == 0 ? std::accumulate(shares.begin(), shares.end(), 0.0) : 0.0;
+  }
 }
 
 }  // namespace udar

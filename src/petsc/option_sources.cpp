@@ -109,6 +109,8 @@ void insert_source(const OptionSource& source) {
   throw_together<InputError>(PETSC_COMM_WORLD, failure);
 }
 
+bool given_in_file(const std::string& key) { return places().contains(key); }
+
 const std::vector<std::string>& inserted_files() { return mutable_files(); }
 
 std::string shared_text(const std::string& own) {

@@ -159,7 +159,7 @@ class Group {
       stopped_by_ = code;
       outcome.reason = "by a signal";
     } else if (code != 0) {
-      outcome.reason = "by -ts_max_steps";
+      outcome.reason = code == 4 ? "by -wall_limit" : "by -ts_max_steps";
     }
     return outcome;
   }

@@ -122,7 +122,8 @@ class Continued(UdarTest):
         folder = self.kill("killed", options, 8, ranks=0)
         for change, words in (
             ({"filter_frequency": 120}, ("-continue", "120", "100")),
-            ({"gauge_position": "0,5"}, ("gauges.csv", "other columns")),
+            ({"gauge_position": "0,5"}, ("gauges.csv", "gauge 2: (10, 0, 0) m there, none here")),
+            ({"gauge_position": "0,5,9"}, ("gauges.csv", "gauge 2: (10, 0, 0) m there, (9, 0, 0) m here")),
             ({"output_directory": "other"}, ("-output_directory", "-continue")),
             ({"restart_file": "run/restart.h5"}, ("-restart_file", "-continue")),
         ):
@@ -172,7 +173,7 @@ class Continued(UdarTest):
         (self.scratch / "run" / "summary.json").write_text("{}")
         result = run(AGAIN, extra=["-options_file", str(ROOT / "examples" / "01-falling-beam" / "case.yaml")],
                      cwd=self.scratch)
-        self.assertIn("it holds a run that ended", result.errors[0])
+        self.assertIn("it holds results, and no restart.h5", result.errors[0])
 
     def test_case_begins_where_there_is_nothing(self):
         """The line of a batch script is the same at the first start and at all later ones."""
@@ -190,11 +191,16 @@ class Continued(UdarTest):
         process = start(command(options, RANKS), cwd=self.scratch)
         while not (self.scratch / "run" / "energy.csv").exists() and process.poll() is None:
             time.sleep(0.05)
-        result = run(AGAIN, cwd=self.scratch)
+        files = [self.scratch / "run" / name for name in ("results.h5", "gauges.csv", "restart.h5")]
+        before = [file.stat().st_ino for file in files]
+        for options in (AGAIN, case(output_directory="run", output_overwrite=True)):
+            result = run(options, cwd=self.scratch)
+            self.assertEqual(result.code, 1)
+            self.assertIn("is in use: another udar writes into it", result.errors[0])
+        self.assertEqual([file.stat().st_ino for file in files], before, "all are left as they are")
         process.send_signal(signal.SIGUSR1)
         process.communicate(timeout=60)
-        self.assertEqual(result.code, 1)
-        self.assertRegex(result.errors[0], "another udar writes into it|has no step")
+        self.assertEqual(process.returncode, 138)
 
     def test_limits_by_the_clock(self):
         options = case(ts_max_time=1e5, output_allow_large=True, output_interval=0.5, restart_wall_minutes=0.001)

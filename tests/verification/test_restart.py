@@ -38,11 +38,8 @@ class Restart(UdarTest):
         expected, found = datasets(whole.file("restart.h5")), datasets(second.file("restart.h5"))
         self.assertEqual(sorted(found), sorted(expected))
         for name, value in expected.items():
-            # A sum over several ranks goes on from its total: rounded elsewhere, and nothing else depends on it.
-            exact = RANKS == 1 or pathlib.PurePath(name).name != "load_work"
-            np.testing.assert_allclose(
-                found[name], value, rtol=0 if exact else 1e-14, atol=0, err_msg=f"restart.h5:/{name} at the end"
-            )
+            if not name.startswith("texts/") and name != "tables/results.h5 extents":  # of each run's own files
+                np.testing.assert_array_equal(found[name], value, err_msg=f"restart.h5:/{name} at the end")
         for key in ("impacts", "rests", "releases", "first_contact_time", "last_contact_time", "min_line_gap",
                     "support_impulse", "force_window", "peak_support_force"):
             self.assertEqual(second.summary()[key], whole.summary()[key], f"summary.json: {key}{second}")

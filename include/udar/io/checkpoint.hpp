@@ -24,8 +24,9 @@ void write_checkpoint(const PointOrder& points, const std::string& path, const M
 /// @brief Where the checkpoint before the one at `path` is kept: "restart.previous.h5" for "restart.h5".
 [[nodiscard]] std::string previous_checkpoint(const std::string& path);
 
-/// @brief What keeps the checkpoint at `path` from being read; empty: it is whole. @note Collective.
-[[nodiscard]] std::string checkpoint_failure(MPI_Comm comm, const std::string& path);
+/// @brief What is wrong with the bytes of the checkpoint at `path`; empty: it is whole.
+/// @note Collective. @throws FileError on all ranks if it cannot be read
+[[nodiscard]] std::string checkpoint_damage(MPI_Comm comm, const std::string& path);
 
 /// @brief What can be known of a checkpoint by who does not yet know what it is one of.
 struct CheckpointHead {

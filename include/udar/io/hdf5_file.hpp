@@ -86,9 +86,12 @@ class Hdf5File {
   void add_attribute(const std::string& object, const std::string& name, double value);
   void add_attribute(const std::string& object, const std::string& name, std::int64_t value);
   void add_attribute(const std::string& object, const std::string& name, std::uint64_t value);
+  /// Takes one away that is there, for another value.
+  void remove_attribute(const std::string& object, const std::string& name);
   /// A short one-dimensional dataset that every rank has in full.
   void add_small(const std::string& name, std::span<const double> values);
   void add_small(const std::string& name, std::span<const std::int64_t> values);
+  /// Rank 0's.
   void add_bytes(const std::string& name, const std::string& bytes);
   /// A dataset with one value per node; each rank gives its nodes.
   void add_node_values(const std::string& name, const NodeRange& nodes, std::span<const double> values);
@@ -124,7 +127,7 @@ class Hdf5File {
   /// @brief The same once a second, for those who write often: waiting for the disk takes milliseconds.
   /// @return whether it flushed
   bool flush_if_due();
-  /// @brief Flushes, and tells where the file stands; equal on every rank.
+  /// @brief Flushes, and tells where the file stands: the pieces on rank 0 alone.
   [[nodiscard]] Mark mark();
   /// @brief Flushes and closes; nothing may be called afterwards.
   void close();

@@ -37,6 +37,8 @@ class XdmfFile {
   /// @param[in] time of the row [s]
   /// @throws FileError on all ranks
   void append(double time);
+  /// Brings all to the disk.
+  void sync();
   /// Rows so far.
   [[nodiscard]] PetscInt rows() const noexcept { return rows_; }
   /// @brief Where the file stands, for who goes on in it.

@@ -19,7 +19,7 @@ struct MotionState {
   std::map<std::string, std::vector<double>> cells;   ///< one value per local cell of the structure
   std::map<std::string, double> scalars;              ///< equal on every rank
   std::map<std::string, std::vector<double>> tables;  ///< small, of any length, equal on every rank
-  std::map<std::string, std::string> texts;           ///< of any bytes and length, equal on every rank
+  std::map<std::string, std::string> texts;           ///< of any bytes and length; rank 0's are kept, all get them back
   std::vector<Parameter> parameters;                  ///< what the motion is one of: tells a restart with another case
   std::string integrator{};                           ///< `-ts_type` of who wrote it; empty: not known
 

@@ -24,6 +24,9 @@ void insert_source(const OptionSource& source);
 /// @brief The paths of the files inserted so far, in order.
 [[nodiscard]] const std::vector<std::string>& inserted_files();
 
+/// @brief Whether a key, with its dash, was given in a file of options, and nowhere that counts more.
+[[nodiscard]] bool given_in_file(const std::string& key);
+
 /// @brief The text of an environment variable of rank 0, on all ranks. @note Collective over `PETSC_COMM_WORLD`.
 [[nodiscard]] std::string shared_text(const std::string& own);
 
