@@ -49,12 +49,13 @@ class Faults(UdarTest):
         for noise in ("PETSC ERROR", "HDF5-DIAG", "terminate called"):
             self.assertNotIn(noise, result.err + result.out, result)
 
-    def fail_writing(self, name, error, ranks, after="restart.h5", **changes):
-        """Writes into a file fail as soon as there is another."""
-        faults = {"LD_PRELOAD": os.environ["UDAR_FAULTS"], "FAULT_FILE": name, "FAULT_AFTER": after,
+    def fail_writing(self, name, error, ranks, **changes):
+        """Writes into a file fail from the second checkpoint on."""
+        faults = {"LD_PRELOAD": os.environ["UDAR_FAULTS"], "FAULT_FILE": name, "FAULT_AFTER": "restart.previous.h5",
                   "FAULT_ERROR": str(error)}
         shutil.rmtree(self.scratch / "run", ignore_errors=True)
-        return run(case(output_directory=self.scratch / "run", **{**OFTEN, **changes}), ranks, environment=faults)
+        options = case(output_directory=self.scratch / "run", **{**OFTEN, **changes})
+        return run(options, ranks, environment=faults, timeout=180)
 
     def check_left(self, end=True):
         """Rows are whole, and the run goes on to its end."""
@@ -74,9 +75,6 @@ class Faults(UdarTest):
                 with self.subTest(ranks=ranks, name=name):
                     self.check(fault, self.fail_writing(name, errno.ENOSPC, ranks))
                     self.check_left()
-            with self.subTest(ranks=ranks):
-                result = self.fail_writing("energy.csv", errno.ENOSPC, ranks, after="rests.csv", restart_interval=0)
-                self.check("disk full, no checkpoint yet", result)
 
     def test_failing_disk(self):
         for ranks in LAUNCHES:
@@ -101,7 +99,8 @@ class Faults(UdarTest):
                     if process.poll() is not None or (self.scratch / "run" / "energy.csv").exists():
                         break
                     time.sleep(0.02)
-                shutil.rmtree(self.scratch / "run")
+                while (self.scratch / "run").exists():  # files come while others go
+                    shutil.rmtree(self.scratch / "run", ignore_errors=True)
                 process.send_signal(signal.SIGUSR1)
                 out, err = process.communicate(timeout=60)
                 directory = options["output_directory"]
@@ -111,7 +110,7 @@ class Faults(UdarTest):
     def test_memory_short(self):
         options = case(output_directory=self.scratch / "run", beam_elements=40000000)
         limit = 3 << 30  # [bytes]: MPI, PETSc and HDF5 map half of it
-        process = subprocess.run(command(options), env=ENVIRONMENT, capture_output=True, text=True, timeout=120,
+        process = subprocess.run(command(options), env=ENVIRONMENT, capture_output=True, text=True, timeout=240,
                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
         errors = [line for line in process.stderr.splitlines() if line.startswith("udar: error:")]
         self.assertEqual((process.returncode, len(errors)), (1, 1), process.stderr)
@@ -122,7 +121,7 @@ class Faults(UdarTest):
         options = case(output_directory=self.scratch / "run", **endless)
         process = start(command(options, 2))
         for _ in range(600):
-            if process.poll() is not None or (self.scratch / "run" / "restart.h5").exists():
+            if process.poll() is not None or (self.scratch / "run" / "restart.previous.h5").exists():
                 break
             time.sleep(0.02)
         ranks = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True, check=True).stdout
