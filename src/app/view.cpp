@@ -73,8 +73,15 @@ void add_structure(Description& built, const FilteredStructure& line) {
       built.add("note", note);
     }
   }
-  built.add(line.structure().network() != nullptr ? "masses, three of a node" : "nodes",
-            static_cast<double>(points.total()));
+  if (const Network* network = line.structure().network(); network != nullptr) {
+    const double moving = 3.0 * static_cast<double>(network->total_nodes());
+    built.add("masses, three of a node", moving);
+    if (network->rotary()) {
+      built.add("rotary inertia, nodes' axes about which they have it", static_cast<double>(points.total()) - moving);
+    }
+  } else {
+    built.add("nodes", static_cast<double>(points.total()));
+  }
   built.add("ranks", ranks);
 }
 

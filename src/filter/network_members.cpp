@@ -1,6 +1,7 @@
 #include "udar/filter/network_members.hpp"
 
 #include <algorithm>
+#include <span>
 
 namespace udar {
 
@@ -24,9 +25,10 @@ void NetworkMembers::factor(std::size_t kind, double filter_frequency) {
   Tables& tables = tables_[kind];
   ++report_.kinds;
   const bool is_cut = cut.spans > 1;
+  using Part = network::MemberTables::Part;
   tables.ends = std::make_unique<network::MemberTables>(
       section, whole, filter_frequency,
-      is_cut ? network::MemberTables::Part::ends : network::MemberTables::Part::whole);
+      network::MemberTables::Options{.part = is_cut ? Part::ends : Part::whole, .rotary = network_->rotary()});
   report_.table_bytes += tables.ends->bytes();
   if (is_cut) {
     factor_spans(kind, filter_frequency);
@@ -53,7 +55,8 @@ void NetworkMembers::factor_spans(std::size_t kind, double filter_frequency) {
     }
     if (tables.spans.size() == k) {
       tables.spans.push_back(std::make_shared<network::MemberTables>(
-          network_->parameters().sections[whole.section], span, filter_frequency, network::MemberTables::Part::span));
+          network_->parameters().sections[whole.section], span, filter_frequency,
+          network::MemberTables::Options{.part = network::MemberTables::Part::span, .rotary = network_->rotary()}));
       report_.table_bytes += tables.spans.back()->bytes();
     }
     spans.push_back(tables.spans.back().get());
@@ -138,6 +141,9 @@ void NetworkMembers::place(const std::function<std::size_t(std::size_t junction)
                                       : at == cut.spans
                                           ? slot(members[number].ends[1].junction)
                                           : first_cut + network_->node(number, at * cut.length).local - before_cuts;
+        for (std::size_t i = 0; i < 3 && at > 0 && at < cut.spans; ++i) {
+          group.place.offset[end][i][lane] = 0.0;  // no arm there
+        }
       }
     }
   }
@@ -187,6 +193,10 @@ std::vector<network::CutNode> NetworkMembers::nodes_of(const CutMember& member, 
       nodes[i].load[k] =
           own * (axes[k][0] * sweep.force.x[at] + axes[k][1] * sweep.force.y[at] + axes[k][2] * sweep.force.z[at]);
     }
+    if (sweep.torque != nullptr) {
+      const double turning = tables_[network_->kind(member.number)].ends->turning_stiffness();
+      nodes[i].load[3] = sweep.torque[at] / (turning * joints.mass(i + 1));
+    }
   }
   return nodes;
 }
@@ -194,7 +204,7 @@ std::vector<network::CutNode> NetworkMembers::nodes_of(const CutMember& member, 
 void NetworkMembers::write_nodes(const CutMember& member, const std::vector<network::CutNode>& nodes,
                                  const network::Sweep& sweep) const {
   const Axes& axes = network_->axes(member.number);
-  const auto write = [&axes](const network::Triple<double>& to, std::size_t at, const std::array<double, 3>& own) {
+  const auto write = [&axes](const network::Triple<double>& to, std::size_t at, std::span<const double> own) {
     std::size_t k = 0;
     for (double* values : {to.x, to.y, to.z}) {
       values[at] = axes[0][k] * own[0] + axes[1][k] * own[1] + axes[2][k] * own[2];
@@ -202,10 +212,33 @@ void NetworkMembers::write_nodes(const CutMember& member, const std::vector<netw
     }
   };
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    write(sweep.stretch, member.first_node + i, nodes[i].stretch);
-    if (sweep.rotation.x != nullptr) {
-      write(sweep.rotation, member.first_node + i, nodes[i].rotation);
+    const std::size_t at = member.first_node + i;
+    write(sweep.stretch, at, nodes[i].stretch);
+    std::array<double, 3> rotation = nodes[i].rotation;
+    if (sweep.angle != nullptr) {
+      sweep.twist[at] = nodes[i].stretch[3];
+      rotation[0] = sweep.angle[at] + sweep.twist[at];
     }
+    if (sweep.rotation.x != nullptr) {
+      write(sweep.rotation, at, rotation);
+    }
+  }
+}
+
+void NetworkMembers::push(const network::MemberTables& tables, const network::Placement& place,
+                          const network::Sweep& sweep, network::Condensed& condensed) {
+  if (sweep.angle != nullptr) {
+    network::turn_ends(tables, place, sweep, condensed);
+    network::push_turning(tables, place, sweep, condensed);
+  }
+  network::push_junctions(tables, place, sweep, condensed);
+}
+
+void NetworkMembers::bound(const network::MemberTables& tables, const network::Placement& place,
+                           const network::Sweep& sweep, const network::Condensed& condensed, network::Bounds& bounds) {
+  network::find_bounds(tables, place, sweep, condensed, bounds);
+  if (sweep.angle != nullptr) {
+    network::find_turning_bounds(tables, place, sweep, condensed, bounds);
   }
 }
 
@@ -214,8 +247,11 @@ void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column) {
     const auto& [place, tables, whole, own] = groups_[g];
     network::Condensed& condensed = condensed_[column * groups_.size() + g];
     network::condense(*tables, place, sweep, condensed);
+    if (sweep.angle != nullptr) {
+      network::condense_turning(*tables, place, sweep, condensed);
+    }
     if (whole) {
-      network::push_junctions(*tables, place, sweep, condensed);
+      push(*tables, place, sweep, condensed);
     }
   }
   const std::size_t first = column * cut_ends_.size();
@@ -224,14 +260,13 @@ void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column) {
                                                             of_cut_[first + member.ends.group], member.ends.lane);
   }
   for (std::size_t g = 0; g < cut_ends_.size(); ++g) {
-    network::push_junctions(*cut_ends_[g].tables, cut_ends_[g].place, sweep, of_cut_[first + g]);
+    push(*cut_ends_[g].tables, cut_ends_[g].place, sweep, of_cut_[first + g]);
   }
 }
 
 void NetworkMembers::resolve(const network::Sweep& sweep, std::size_t column) {
   for (std::size_t g = 0; g < cut_ends_.size(); ++g) {
-    network::find_bounds(*cut_ends_[g].tables, cut_ends_[g].place, sweep, of_cut_[column * cut_ends_.size() + g],
-                         cut_bounds_[g]);
+    bound(*cut_ends_[g].tables, cut_ends_[g].place, sweep, of_cut_[column * cut_ends_.size() + g], cut_bounds_[g]);
   }
   for (const CutMember& member : cut_) {
     std::vector<network::CutNode> nodes = nodes_of(member, sweep);
@@ -242,9 +277,12 @@ void NetworkMembers::resolve(const network::Sweep& sweep, std::size_t column) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     const auto& [place, tables, whole, own] = groups_[g];
     if (whole) {
-      network::find_bounds(*tables, place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
+      bound(*tables, place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
     }
     network::resolve(*tables, place, sweep, bounds_[g]);
+    if (sweep.angle != nullptr) {
+      network::resolve_turning(*tables, place, sweep, bounds_[g]);
+    }
   }
 }
 

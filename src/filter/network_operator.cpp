@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "filter/strained.hpp"
 #include "structure/member_frame.hpp"
 #include "udar/filter/network_solver.hpp"
 #include "udar/filter/pc_network.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/shell_matrix.hpp"
+#include "udar/structure/junction_rotations.hpp"
 
 namespace udar {
 namespace {
@@ -19,31 +21,6 @@ double component(const std::array<double, 3>& axis, const double* vector) {
 }
 
 double larger(double one, double other) { return std::abs(one) >= std::abs(other) ? one : other; }
-
-/// Moments at the end of a rigid arm instead of at the node.
-void carry_to_end(const Place& arm, double* force) {
-  force[3] -= arm.y * force[2] - arm.z * force[1];
-  force[4] -= arm.z * force[0] - arm.x * force[2];
-  force[5] -= arm.x * force[1] - arm.y * force[0];
-}
-
-/// What two nodes of an element do, less the translation of the first, and the forces that this takes.
-struct Strained {
-  std::array<double, 12> motion{};
-  std::array<double, 12> force{};
-
-  Strained(const FrameElement::Matrix& matrix, const std::array<double, 6>& left, const std::array<double, 6>& right) {
-    for (std::size_t k = 0; k < 6; ++k) {
-      motion.at(k) = k < 3 ? 0.0 : left.at(k);
-      motion.at(6 + k) = right.at(k) - (k < 3 ? left.at(k) : 0.0);
-    }
-    for (std::size_t k = 3; k < 12; ++k) {
-      for (std::size_t row = 0; row < 12; ++row) {
-        force[row] += matrix[k][row] * motion[k];  // it is symmetric; rows side by side
-      }
-    }
-  }
-};
 
 /// Whether the element there is as those between.
 bool plain(const MemberEnd& end) {
@@ -78,8 +55,102 @@ Mat NetworkOperator::matrix() {
 
 const char* NetworkOperator::solver_type() const { return kPcNetwork; }
 
+/// In nodal order.
 std::size_t NetworkOperator::unknown(std::size_t local, std::size_t freedom) const {
   return (3 * (freedom / 3) + Network::kBlock.at(freedom % 3)) * network_->nodes() + local;
+}
+
+/// visit(local, axes of its rotations) of this rank's nodes, where there is rotary inertia.
+template <class Visit>
+void NetworkOperator::each_axes(const Visit& visit) const {
+  if (!network_->rotary()) {
+    return;
+  }
+  const std::vector<std::size_t>& own = network_->own_junctions();
+  for (std::size_t local = 0; local < own.size(); ++local) {
+    visit(local, network_->rotations(own[local]).axes);
+  }
+  network_->each_inner_node(
+      [&](std::size_t local, std::size_t member, std::size_t /*number*/) { visit(local, network_->axes(member)); });
+}
+
+const Axes& NetworkOperator::axes_at(const Placed& placed, std::size_t node) const {
+  return placed.at_junction.at(node) ? network_->rotations(touched_[placed.where.at(node)]).axes
+                                     : network_->axes(placed.member);
+}
+
+NetworkOperator::ElementMatrix NetworkOperator::in_own_axes(const Placed& placed, const ElementMatrix& matrix) const {
+  return network_->rotary() ? turned_rotations(matrix, axes_at(placed, 0), axes_at(placed, 1)) : matrix;
+}
+
+/// The axis; those that turn are at junctions where there is rotary inertia.
+std::array<double, 3> NetworkOperator::in_own_axes(const Spring& spring) const {
+  return network_->rotary() && spring.first == 3
+             ? along(network_->rotations(network_->own_junctions()[spring.local]).axes, spring.axis)
+             : spring.axis;
+}
+
+NetworkOperator::Nodal NetworkOperator::nodal_of(Rows rows) const {
+  Nodal nodal = reordered_back(std::move(rows));
+  each_axes([&](std::size_t local, const Axes& axes) {
+    const std::array at{unknown(local, 3), unknown(local, 4), unknown(local, 5)};
+    const std::array<double, 3> global = from_along(axes, {nodal[at[0]], nodal[at[1]], nodal[at[2]]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      nodal[at[k]] = global[k];
+    }
+  });
+  return nodal;
+}
+
+NetworkOperator::Rows NetworkOperator::rows_of(Nodal nodal) const {
+  each_axes([&](std::size_t local, const Axes& axes) {
+    const std::array at{unknown(local, 3), unknown(local, 4), unknown(local, 5)};
+    const std::array<double, 3> own = along(axes, {nodal[at[0]], nodal[at[1]], nodal[at[2]]});
+    for (std::size_t k = 0; k < 3; ++k) {
+      nodal[at[k]] = own[k];
+    }
+  });
+  return reordered(std::move(nodal));
+}
+
+/// Numbers about the nodes' own axes 0, 1, 2 where nodal order has those about x, y, z, to rows, and back.
+NetworkOperator::Rows NetworkOperator::reordered(Nodal own) const {
+  if (!network_->rotary()) {
+    return own;
+  }
+  Rows rows = own;
+  each_axes([&](std::size_t local, const Axes& /*axes*/) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      rows[3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = local}, k)] =
+          own[unknown(local, 3 + k)];
+    }
+  });
+  return rows;
+}
+NetworkOperator::Nodal NetworkOperator::reordered_back(Rows rows) const {
+  if (!network_->rotary()) {
+    return rows;
+  }
+  Nodal own = rows;
+  each_axes([&](std::size_t local, const Axes& /*axes*/) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      own[unknown(local, 3 + k)] =
+          rows[3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = local}, k)];
+    }
+  });
+  return own;
+}
+
+/// Rotations of the nodes in global axes that points which turn make, about y, x, z; empty without such points.
+std::vector<double> NetworkOperator::turned(const double* points) const {
+  if (!network_->rotary()) {
+    return {};
+  }
+  Rows rows(6 * network_->nodes(), 0.0);
+  std::copy(points + 3 * network_->nodes(), points + mass().size(),
+            rows.begin() + static_cast<std::ptrdiff_t>(3 * network_->nodes()));
+  const Nodal nodal = nodal_of(std::move(rows));
+  return {nodal.begin() + static_cast<std::ptrdiff_t>(3 * network_->nodes()), nodal.end()};
 }
 
 void NetworkOperator::prepare_gather() {
@@ -95,7 +166,7 @@ void NetworkOperator::prepare_gather() {
   std::vector<PetscInt> rows;
   for (const std::size_t junction : touched_) {
     for (std::size_t freedom = 0; freedom < 6; ++freedom) {
-      rows.push_back(network_->row(network_->junction_node(junction), freedom));
+      rows.push_back(network_->nodal_row(network_->junction_node(junction), freedom));
     }
   }
   const auto count = static_cast<PetscInt>(rows.size());
@@ -131,8 +202,8 @@ void NetworkOperator::list_springs() {
   }
   for (std::size_t number = 0; number < given.members.size(); ++number) {
     const Member& member = given.members[number];
-    if (network_->member_ranks()[number] == network_->rank() && member.elements > 1 && member.ends[0].joint[0] == 0.0 &&
-        member.ends[1].joint[0] == 0.0) {  // it turns about its own axis
+    if (!network_->rotary() && network_->member_ranks()[number] == network_->rank() && member.elements > 1 &&
+        member.ends[0].joint[0] == 0.0 && member.ends[1].joint[0] == 0.0) {  // it turns about its own axis
       springs_.push_back({.local = network_->node(number, 1).local,
                           .first = 3,
                           .axis = network_->axes(number)[0],
@@ -162,7 +233,16 @@ void NetworkOperator::list_held() {
   for (std::size_t local = 0; local < own.size(); ++local) {
     for (std::size_t freedom = 0; freedom < 6; ++freedom) {
       if (given.junctions[own[local]].held.at(freedom)) {
-        held_.emplace_back(unknown(local, freedom), diagonal[local].at(freedom / 3));
+        held_places_.push_back(unknown(local, freedom));
+      }
+      const bool own_axis = network_->rotary() && freedom >= 3;
+      if (own_axis ? network_->rotations(own[local]).held.at(freedom - 3)
+                   : given.junctions[own[local]].held.at(freedom)) {
+        held_.emplace_back(own_axis
+                               ? 3 * network_->nodes() +
+                                     network_->rotation_place({.rank = network_->rank(), .local = local}, freedom - 3)
+                               : unknown(local, freedom),
+                           diagonal[local].at(freedom / 3));
       }
     }
   }
@@ -171,16 +251,19 @@ void NetworkOperator::list_held() {
 void NetworkOperator::find_scale() {
   Sums sums = no_sums();
   each_element([&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix) {
+    const FrameElement::Matrix own = in_own_axes(placed, matrix);
     for (std::size_t row = 0; row < 12; ++row) {
-      sum_at(sums, placed, row) += matrix[row][row];
+      sum_at(sums, placed, row) += own[row][row];
     }
   });
-  for (const auto& [local, first, axis, stiffness] : springs_) {
+  for (const Spring& spring : springs_) {
+    const std::array<double, 3> axis = in_own_axes(spring);
     for (std::size_t k = 0; k < 3; ++k) {
-      sums.own[unknown(local, first + k)] += stiffness * axis.at(k) * axis.at(k);
+      sums.own[unknown(spring.local, spring.first + k)] += spring.stiffness * axis.at(k) * axis.at(k);
     }
   }
   add_up(sums);
+  sums.own = reordered(std::move(sums.own));
   for (const auto& [unknown, diagonal] : held_) {
     sums.own[unknown] = diagonal;
   }
@@ -191,27 +274,30 @@ void NetworkOperator::find_scale() {
 }
 
 double NetworkOperator::norm() const {
-  const std::size_t points = mass().size();
   Sums sums = no_sums();
-  visit_elements(scale().data(), scale().data() + points,
+  const Nodal scales = reordered_back({scale().begin(), scale().end()});
+  visit_elements(scales.data(), scales.data() + 3 * network_->nodes(),
                  [&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
+                   const FrameElement::Matrix own = in_own_axes(placed, matrix);
                    for (std::size_t row = 0; row < 12; ++row) {
                      double& sum = sum_at(sums, placed, row);
                      for (std::size_t k = 0; k < 6; ++k) {
-                       sum += std::abs(matrix[row][k]) * left.at(k) + std::abs(matrix[row][6 + k]) * right.at(k);
+                       sum += std::abs(own[row][k]) * left.at(k) + std::abs(own[row][6 + k]) * right.at(k);
                      }
                    }
                  });
-  for (const auto& [local, first, axis, stiffness] : springs_) {
+  for (const Spring& spring : springs_) {
+    const std::array<double, 3> axis = in_own_axes(spring);
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        sums.own[unknown(local, first + i)] +=
-            stiffness * std::abs(axis.at(i) * axis.at(k)) * scale()[unknown(local, first + k)];
+        sums.own[unknown(spring.local, spring.first + i)] +=
+            spring.stiffness * std::abs(axis.at(i) * axis.at(k)) * scales[unknown(spring.local, spring.first + k)];
       }
     }
   }
   add_up(sums);
+  sums.own = reordered(std::move(sums.own));
   for (std::size_t i = 0; i < sums.own.size(); ++i) {
     sums.own[i] = scale()[i] * (sums.own[i] + ground(i) * scale()[i]);
   }
@@ -224,12 +310,12 @@ double NetworkOperator::norm() const {
 }
 
 void NetworkOperator::multiply(std::span<const double> x, std::span<double> y) {
-  const std::size_t points = mass().size();
-  std::vector<double> motion(x.size());
+  Rows motion(x.size());
   for (std::size_t i = 0; i < motion.size(); ++i) {
     motion[i] = scale()[i] * x[i];
   }
-  const std::vector<double> force = forces(motion.data(), motion.data() + points);
+  const Nodal nodal = nodal_of(motion);
+  const Rows force = rows_of(forces(nodal.data(), nodal.data() + 3 * network_->nodes()));
   for (std::size_t i = 0; i < y.size(); ++i) {
     y[i] = scale()[i] * (force[i] + ground(i) * motion[i]);
   }
@@ -239,7 +325,8 @@ void NetworkOperator::multiply(std::span<const double> x, std::span<double> y) {
 }
 
 void NetworkOperator::right_hand_side(const FilterColumn& column, std::span<double> values) const {
-  const std::vector<double> force = forces(column.displacement, nullptr);
+  const std::vector<double> rotation = turned(column.displacement);
+  const Rows force = rows_of(forces(column.displacement, rotation.empty() ? nullptr : rotation.data()));
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double given = i < mass().size() && column.force != nullptr ? column.force[i] : 0.0;
     values[i] = scale()[i] * (given - force[i]);
@@ -251,18 +338,29 @@ void NetworkOperator::right_hand_side(const FilterColumn& column, std::span<doub
 
 void NetworkOperator::extract(std::span<const double> unknowns, const FilterColumn& column) const {
   extract_stretch(unknowns, column);
-  const std::size_t points = mass().size();
-  for (std::size_t i = 0; column.internal != nullptr && i < points; ++i) {
-    column.internal[i] = scale()[points + i] * unknowns[points + i];
-    column.internal[points + i] = column.displacement[i] + column.stretch[i];
+  if (column.internal == nullptr) {
+    return;
   }
+  const std::size_t points = mass().size();
+  Rows rows(scale().size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i] = i < points ? column.displacement[i] + column.stretch[i] : scale()[i] * unknowns[i];
+  }
+  std::ranges::copy_n(rows.begin(), static_cast<std::ptrdiff_t>(points), column.internal + points);
+  const Nodal nodal = nodal_of(std::move(rows));
+  std::fill_n(column.internal, points, 0.0);
+  std::copy(nodal.begin() + static_cast<std::ptrdiff_t>(3 * network_->nodes()), nodal.end(), column.internal);
 }
 
 void NetworkOperator::unknowns_of(const FilterColumn& column, std::span<double> unknowns) const {
   const std::size_t points = mass().size();
-  for (std::size_t i = 0; i < points; ++i) {
-    unknowns[i] = fixed(i) ? 0.0 : column.stretch[i] / scale()[i];
-    unknowns[points + i] = column.internal[i] / scale()[points + i];
+  Nodal nodal(unknowns.size(), 0.0);
+  std::copy_n(column.internal, 3 * network_->nodes(),
+              nodal.begin() + static_cast<std::ptrdiff_t>(3 * network_->nodes()));
+  const Rows rows = rows_of(std::move(nodal));
+  for (std::size_t i = 0; i < unknowns.size(); ++i) {
+    const double stretch = i < points ? column.stretch[i] : rows[i];
+    unknowns[i] = i < points && fixed(i) ? 0.0 : stretch / scale()[i];
   }
 }
 
@@ -281,17 +379,17 @@ void NetworkOperator::internal_of(std::span<const double> displacement, std::spa
 
 /// Displacements and rotations of the junctions that members of this rank end at; what is held stays.
 void NetworkOperator::gather(const double* displacement, const double* rotation) const {
-  const std::size_t points = mass().size();
+  const std::size_t numbers = 3 * network_->nodes();
   {
     const petsc::WriteArray values{all_};
-    std::copy_n(displacement, points, values.values());
+    std::copy_n(displacement, numbers, values.values());
     if (rotation != nullptr) {
-      std::copy_n(rotation, points, values.values() + points);
+      std::copy_n(rotation, numbers, values.values() + numbers);
     } else {
-      std::fill_n(values.values() + points, points, 0.0);
+      std::fill_n(values.values() + numbers, numbers, 0.0);
     }
-    for (const auto& [unknown, diagonal] : held_) {
-      values.values()[unknown] = 0.0;
+    for (const std::size_t place : held_places_) {
+      values.values()[place] = 0.0;
     }
   }
   UDAR_CALL(VecScatterBegin(gather_, all_, of_junctions_, INSERT_VALUES, SCATTER_FORWARD));
@@ -299,8 +397,7 @@ void NetworkOperator::gather(const double* displacement, const double* rotation)
 }
 
 NetworkOperator::Sums NetworkOperator::no_sums() const {
-  return {.own = std::vector<double>(2 * mass().size(), 0.0),
-          .junction = std::vector<double>(6 * touched_.size(), 0.0)};
+  return {.own = Nodal(6 * network_->nodes(), 0.0), .junction = std::vector<double>(6 * touched_.size(), 0.0)};
 }
 
 double& NetworkOperator::sum_at(Sums& sums, const Placed& placed, std::size_t row) const {
@@ -323,13 +420,23 @@ void NetworkOperator::add_up(Sums& sums) const {
   std::copy_n(values.values(), sums.own.size(), sums.own.begin());
 }
 
+/// What an element is strained by.
+auto NetworkOperator::straining() const {
+  return [this](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
+                const Motion& left, const Motion& right) {
+    return network_->rotary() ? Strained{matrix, left, right, span_of(element, network_->axes(placed.member))}
+                              : Strained{matrix, left, right};
+  };
+}
+
 /// C times displacements and rotations of this rank's nodes, null for none.
-std::vector<double> NetworkOperator::forces(const double* displacement, const double* rotation) const {
+NetworkOperator::Nodal NetworkOperator::forces(const double* displacement, const double* rotation) const {
   Sums sums = no_sums();
+  const auto strained_by = straining();
   visit_elements(displacement, rotation,
-                 [&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
+                 [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
-                   const Strained strained{matrix, left, right};
+                   const Strained strained = strained_by(placed, element, matrix, left, right);
                    for (std::size_t row = 0; row < 12; ++row) {
                      sum_at(sums, placed, row) += strained.force[row];
                    }
@@ -440,10 +547,11 @@ std::size_t NetworkOperator::internal_places() const {
 void NetworkOperator::internal_values(std::span<const double> internal, std::span<double> values) const {
   const std::size_t places = internal_places();
   std::size_t cell = 0;
+  const auto strained_by = straining();
   visit_elements(internal.data() + mass().size(), internal.data(),
                  [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
-                   std::array<double, 12> force = Strained{matrix, left, right}.force;
+                   std::array<double, 12> force = strained_by(placed, element, matrix, left, right).force;
                    const Axes& axes = network_->axes(placed.member);
                    carry_to_end(element.arm[0], force.data());
                    carry_to_end(element.arm[1], force.data() + 6);
@@ -464,10 +572,11 @@ double NetworkOperator::strain_energy(std::span<const double> /*displacement*/,
   const std::size_t points = mass().size();
   const double* displacement = internal.data() + points;
   double energy = 0.0;
+  const auto strained_by = straining();
   visit_elements(displacement, internal.data(),
-                 [&](const Placed& /*placed*/, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
+                 [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
-                   const Strained strained{matrix, left, right};
+                   const Strained strained = strained_by(placed, element, matrix, left, right);
                    for (std::size_t k = 0; k < 12; ++k) {
                      energy += 0.5 * strained.motion[k] * strained.force[k];
                    }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "udar/petsc/error.hpp"
+#include "udar/structure/junction_rotations.hpp"
 
 namespace udar {
 namespace {
@@ -54,6 +55,7 @@ NetworkSolver::NetworkSolver(const Network& network, double filter_frequency)
       interface_{network},
       members_{network, filter_frequency} {
   number_junctions();
+  find_axes();
   factor();
   members_.place([this](std::size_t junction) { return system_->place(local_[junction]); }, junctions_.size());
   report_.members = members_.report();
@@ -72,6 +74,34 @@ void NetworkSolver::number_junctions() {
   for (std::size_t i = 0; i < junctions_.size(); ++i) {
     local_[junctions_[i]] = i;
   }
+}
+
+/// Of what turns: members at the nodes where they are cut.
+void NetworkSolver::find_axes() {
+  const std::size_t first = network_->own_junctions().size();
+  cut_axes_.resize(network_->rotary() ? network_->packs().cut_nodes() : 0);
+  if (!cut_axes_.empty()) {
+    network_->each_inner_node([&](std::size_t local, std::size_t member, std::size_t /*number*/) {
+      if (local - first < cut_axes_.size()) {
+        cut_axes_[local - first] = network_->axes(member)[0];
+      }
+    });
+  }
+}
+
+/// What points that turn with own junction i do, in global axes. @param values of the rank's points
+std::array<double, 3> NetworkSolver::turned(std::size_t i, const double* values) const {
+  const JunctionRotations& rotations = network_->rotations(network_->own_junctions()[i]);
+  std::array<double, 3> own{};
+  for (std::size_t k = 0; k < rotations.count; ++k) {
+    own[k] = values[turning_point(i, k)];
+  }
+  return from_along(rotations.axes, own);
+}
+
+/// Point of a local node about axis k of its own.
+std::size_t NetworkSolver::turning_point(std::size_t node, std::size_t k) const {
+  return 3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = node}, k);
 }
 
 std::vector<Block> NetworkSolver::member_blocks() const {
@@ -134,6 +164,12 @@ void NetworkSolver::add_grounds(std::vector<Block>& blocks) const {
     for (std::size_t k = 0; k < 3; ++k) {
       block.value[k][k] = static_cast<Real>(wf2_) * mass[i] + junction.stiffness[k];
       block.value[3 + k][3 + k] = junction.stiffness[3 + k];
+    }
+    if (network_->rotary()) {
+      const Axes inertia = inertia_of(network_->rotations(own[i]));
+      for (std::size_t k = 0; k < 9; ++k) {
+        block.value[3 + k / 3][3 + k % 3] += static_cast<Real>(wf2_) * inertia.at(k / 3).at(k % 3);
+      }
     }
     blocks.push_back(block);
   }
@@ -220,6 +256,9 @@ void NetworkSolver::solve_batch(std::span<const FilterColumn> columns, std::span
     for (std::size_t i = 0; column.internal != nullptr && i < points; ++i) {
       column.internal[points + i] = column.displacement[i] + column.stretch[i];
     }
+    if (column.internal != nullptr) {
+      std::fill_n(column.internal + 3 * network_->nodes(), network_->turning_points(), 0.0);
+    }
   }
 }
 
@@ -241,40 +280,49 @@ void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
   const std::vector<std::size_t>& own = network_->own_junctions();
   const std::size_t cut = network_->packs().cut_nodes();
   places_.resize((junctions_.size() + cut) * columns.size() * JunctionSystem::kPitch);
+  const std::size_t width = network_->rotary() ? 6 : 3;
   const auto put = [&](std::size_t c, std::size_t local, const double* from) {
     double* to = places_.data() + (system_->place(local) * columns.size() + c) * JunctionSystem::kPitch;
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < width; ++k) {
       to[k] = held_[local][k] ? 0.0 : from[k];  // the line stays there
     }
   };
   const auto value = [&](std::size_t c, std::size_t i) {  // of a local node
     const auto given = triple_of(columns[c].displacement, nodes);
-    return std::array{given.x[i], given.y[i], given.z[i]};
+    std::array<double, 6> all{given.x[i], given.y[i], given.z[i]};
+    if (network_->rotary()) {
+      const bool junction = i < own.size();
+      const double angle = junction ? 0.0 : columns[c].displacement[turning_point(i, 0)];
+      const std::array<double, 3> turned_so =
+          junction ? turned(i, columns[c].displacement) : from_along({cut_axes_[i - own.size()]}, {angle, 0.0, 0.0});
+      std::ranges::copy(turned_so, all.begin() + 3);
+    }
+    return all;
   };
   for (std::size_t c = 0; c < columns.size(); ++c) {
     for (std::size_t i = 0; i < own.size(); ++i) {
       put(c, local_[own[i]], value(c, i).data());
     }
     for (std::size_t i = 0; i < cut; ++i) {
-      std::ranges::copy(value(c, own.size() + i),
-                        places_.begin() + static_cast<std::ptrdiff_t>(((junctions_.size() + i) * columns.size() + c) *
-                                                                      JunctionSystem::kPitch));
+      std::ranges::copy_n(value(c, own.size() + i).begin(), static_cast<std::ptrdiff_t>(width),
+                          places_.begin() + static_cast<std::ptrdiff_t>(((junctions_.size() + i) * columns.size() + c) *
+                                                                        JunctionSystem::kPitch));
     }
   }
   if (interface_.empty()) {
     return;
   }
   interface_.spread(
-      3 * columns.size(),
+      width * columns.size(),
       [&](std::size_t junction, double* values) {
         const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
         for (std::size_t c = 0; c < columns.size(); ++c) {
-          std::ranges::copy(value(c, i), values + 3 * c);
+          std::ranges::copy_n(value(c, i).begin(), static_cast<std::ptrdiff_t>(width), values + width * c);
         }
       },
       [&](std::size_t junction, const double* values) {
         for (std::size_t c = 0; c < columns.size(); ++c) {
-          put(c, local_[junction], values + 3 * c);
+          put(c, local_[junction], values + width * c);
         }
       });
 }
@@ -295,19 +343,47 @@ void NetworkSolver::load_own(std::span<const FilterColumn> columns) {
       for (std::size_t k = 0; k < 3; ++k) {
         to[k] = given[k] - network_->parameters().junctions[own[i]].stiffness[k] * place[k];
       }
+      if (network_->rotary()) {
+        const std::array<double, 3> moment =
+            columns[c].force != nullptr ? turned(i, columns[c].force) : std::array<double, 3>{};
+        for (std::size_t k = 3; k < 6; ++k) {
+          to[k] = moment[k - 3] - network_->parameters().junctions[own[i]].stiffness[k] * place[k];
+        }
+      }
+    }
+    for (const RotationSpring& spring : network_->rotation_springs()) {
+      if (network_->rotary() && network_->junction_ranks()[spring.junction] == network_->rank()) {
+        const std::size_t at = system_->place(local_[spring.junction]) * width + c * JunctionSystem::kPitch + 3;
+        const std::array<double, 3> axis = triple(spring.axis);
+        const double* place = places_.data() + at;
+        const double turns = axis[0] * place[0] + axis[1] * place[1] + axis[2] * place[2];
+        for (std::size_t k = 0; k < 3; ++k) {
+          values_[at + k] -= spring.stiffness * turns * axis[k];
+        }
+      }
     }
   }
 }
 
 network::Sweep NetworkSolver::sweep_of(std::span<const FilterColumn> columns, std::size_t column) {
   const std::size_t nodes = network_->nodes();
+  const FilterColumn& own = columns[column];
+  // Inner nodes by their local numbers; those of junctions have other points there, and nobody asks.
+  const auto turning = [&](auto* values) {
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(3 * nodes + network_->turning_points_of_junctions()) -
+                                 static_cast<std::ptrdiff_t>(network_->own_junctions().size());
+    return network_->rotary() && values != nullptr ? values + first : nullptr;
+  };
   return {.displacement = triple_of(columns[column].displacement, nodes),
           .force = triple_of(columns[column].force, nodes),
           .place = places_.data() + column * JunctionSystem::kPitch,
           .value = values_.data() + column * JunctionSystem::kPitch,
           .pitch = columns.size() * JunctionSystem::kPitch,
           .stretch = triple_of(columns[column].stretch, nodes),
-          .rotation = triple_of(columns[column].internal, nodes)};
+          .rotation = triple_of(columns[column].internal, nodes),
+          .angle = turning(own.displacement),
+          .torque = turning(own.force),
+          .twist = turning(own.stretch)};
 }
 
 void NetworkSolver::condense_members(std::span<const FilterColumn> columns) {
@@ -350,6 +426,22 @@ void NetworkSolver::solve_interface(std::size_t columns) {
   each([](double* junction, const double* value) { std::copy_n(value, 6, junction); });
 }
 
+/// Of own junction i. @param beside its rotation less that of the masses, global axes
+void NetworkSolver::resolve_turning(const FilterColumn& column, std::size_t i, const double* beside) const {
+  const JunctionRotations& rotations = network_->rotations(network_->own_junctions()[i]);
+  const std::array<double, 3> own = along(rotations.axes, {beside[0], beside[1], beside[2]});
+  for (std::size_t k = 0; k < rotations.count; ++k) {
+    column.stretch[turning_point(i, k)] = own[k];
+  }
+  if (column.internal != nullptr) {
+    const std::array<double, 3> of_masses = turned(i, column.displacement);
+    const auto rotation = triple_of(column.internal, network_->nodes());
+    rotation.x[i] += of_masses[0];
+    rotation.y[i] += of_masses[1];
+    rotation.z[i] += of_masses[2];
+  }
+}
+
 void NetworkSolver::resolve_members(std::span<const FilterColumn> columns) {
   const std::vector<std::size_t>& own = network_->own_junctions();
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -364,6 +456,9 @@ void NetworkSolver::resolve_members(std::span<const FilterColumn> columns) {
         sweep.rotation.x[i] = from[3];
         sweep.rotation.y[i] = from[4];
         sweep.rotation.z[i] = from[5];
+      }
+      if (network_->rotary()) {
+        resolve_turning(columns[c], i, from + 3);
       }
     }
     members_.resolve(sweep, c);

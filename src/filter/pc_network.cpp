@@ -43,21 +43,29 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
       moments_ = std::make_unique<InnerMoments>(operator_->network(), solver_->local_junctions());
     }
     const std::size_t points = operator_->mass().size();
+    const std::size_t displacements = 3 * operator_->network().nodes();
     const std::span<const double> scale = operator_->scale();
     const std::size_t junctions = 6 * solver_->report().junctions;
-    std::vector<double> force(2 * points * columns.size());
-    std::vector<double> answer(3 * points * columns.size());  // stretch, rotations, displacement
+    std::vector<double> force(points * columns.size());
+    std::vector<double> moment(displacements * columns.size());  // of nodes; then how far they turn when none moves
+    std::vector<double> answer(3 * points * columns.size());     // stretch, rotations, displacement
     std::vector<double> loads(junctions * columns.size(), 0.0);
     const std::vector<double> still(points, 0.0);
     std::vector<FilterColumn> all;
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      const std::span own{force.data() + 2 * points * c, 2 * points};
-      for (std::size_t i = 0; i < own.size(); ++i) {
-        own[i] = columns[c].right[i] / scale[i];
+      NetworkOperator::Rows rows(scale.size());
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        rows[i] = columns[c].right[i] / scale[i];
       }
+      const std::span own{force.data() + points * c, points};
+      std::copy_n(rows.begin(), points, own.begin());
+      std::fill_n(rows.begin(), points, 0.0);
+      const NetworkOperator::Nodal nodal = operator_->nodal_of(std::move(rows));
+      const std::span turned{moment.data() + displacements * c, displacements};
+      std::copy(nodal.begin() + static_cast<std::ptrdiff_t>(displacements), nodal.end(), turned.begin());
       const std::span junction{loads.data() + junctions * c, junctions};
-      solver_->take_moments(own.subspan(points), junction);
-      moments_->eliminate({.point = own.first(points), .rotation = own.subspan(points), .junction = junction});
+      solver_->take_moments(turned, junction);
+      moments_->eliminate({.point = own, .rotation = turned, .junction = junction});
       all.push_back({.displacement = still.data(),
                      .force = own.data(),
                      .stretch = answer.data() + 3 * points * c,
@@ -65,10 +73,13 @@ class NetworkPreconditioner final : public petsc::Preconditioner {
     }
     solver_->solve(all, loads);
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      const double* turned = force.data() + 2 * points * c + points;
-      for (std::size_t i = 0; i < points; ++i) {
-        columns[c].solution[i] = all[c].stretch[i] / scale[i];
-        columns[c].solution[points + i] = (all[c].internal[i] + turned[i]) / scale[points + i];
+      NetworkOperator::Nodal nodal(2 * displacements, 0.0);
+      for (std::size_t i = 0; i < displacements; ++i) {
+        nodal[displacements + i] = all[c].internal[i] + moment[displacements * c + i];
+      }
+      const NetworkOperator::Rows rows = operator_->rows_of(std::move(nodal));
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        columns[c].solution[i] = (i < points ? all[c].stretch[i] : rows[i]) / scale[i];
       }
       for (const auto& [unknown, diagonal] : operator_->held()) {
         columns[c].solution[unknown] = columns[c].right[unknown] / diagonal;

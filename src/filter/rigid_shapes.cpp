@@ -69,7 +69,11 @@ std::vector<PointValues> solid_motions(const MassPoints& points) {
       PointValues& motion = motions.emplace_back(points.points());
       for (std::size_t i = 0; i < motion.size(); ++i) {
         const Place moved = turning ? cross(axis, (1.0 / reach) * (points.place(i) - middle)) : axis;
-        motion[i] = points.fixed(i) ? 0.0 : dot(points.axis(i), moved);
+        if (points.direction(i) == Direction::other) {
+          motion[i] = turning ? dot(points.turning(i), axis) / reach : 0.0;
+        } else {
+          motion[i] = points.fixed(i) ? 0.0 : dot(points.axis(i), moved);
+        }
       }
     }
   }

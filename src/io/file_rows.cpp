@@ -29,6 +29,30 @@ bool all_upright(const MassPoints& points) {
   return all != 0;
 }
 
+bool any_turns(const MassPoints& points) {
+  int any = 0;
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    const Place about = points.turning(point);
+    any |= about.x != 0.0 || about.y != 0.0 || about.z != 0.0 ? 1 : 0;
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, points.comm());
+  return any != 0;
+}
+
+/// What the points that turn have where others have this, vectors about global axes.
+FileField rotation_of(const FileField& field) {
+  FileField turned = field;
+  turned.name = !field.position              ? "rotation_rate_of_masses"
+                : field.body == Body::masses ? "rotation_of_masses"
+                                             : "rotation_of_line";
+  turned.unit = field.position ? "rad" : "rad/s";
+  turned.label = {};
+  turned.components = static_cast<int>(kVector);
+  turned.position = turned.extremes = false;
+  turned.form = FileField::Form::rotation;
+  return turned;
+}
+
 PointOrder order_of_nodes(const MassPoints& points, const Topology& topology) {
   if (topology.node.empty()) {
     return PointOrder{points};
@@ -45,6 +69,7 @@ FileRows::FileRows(const MassPoints& points, const Topology& topology)
       number_{topology.node_number},
       a_point_{points_of_nodes(points, topology)},
       upright_{all_upright(points)},
+      turns_{any_turns(points)},
       nodes_{order_of_nodes(points, topology)},
       cells_{points.comm(), topology} {}
 
@@ -63,6 +88,9 @@ std::vector<FileField> FileRows::fields(std::span<const FieldInfo> shown) const 
       moved.position = false;
       moved.form = Form::displacement;
       all.push_back(moved);
+    }
+    if (turns_ && (field.position || field.name == "mass_velocity")) {
+      all.push_back(rotation_of(field));
     }
     if (grouped() && field.where == Where::points) {
       field.form = field.flag ? Form::any : Form::vectors;
@@ -84,7 +112,7 @@ std::vector<double> FileRows::numbers(const FileField& field, std::span<const do
   const bool moved = field.form == FileField::Form::displacement;
   std::vector<double> vectors(kVector * a_point_.size(), 0.0);
   for (std::size_t point = 0; point < points_->points(); ++point) {
-    const Place axis = points_->axis(point);
+    const Place axis = field.form == FileField::Form::rotation ? points_->turning(point) : points_->axis(point);
     const double value = shown[point] - (moved ? points_->reference(point) : 0.0);
     double* vector = &vectors[kVector * node(point)];
     vector[0] += axis.x * value;

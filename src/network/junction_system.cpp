@@ -20,19 +20,19 @@ constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 using Pack = double __attribute__((vector_size(64)));
 using Loose8 = double __attribute__((vector_size(64), aligned(8), may_alias));
 
-UDAR_INLINE Loose8& pack(double* from) {  // NOLINT(readability-non-const-parameter): written through
+UDAR_INLINE Loose8& eight(double* from) {  // NOLINT(readability-non-const-parameter): written through
   return *reinterpret_cast<Loose8*>(from);
 }
-UDAR_INLINE const Loose8& pack(const double* from) { return *reinterpret_cast<const Loose8*>(from); }
+UDAR_INLINE const Loose8& eight(const double* from) { return *reinterpret_cast<const Loose8*>(from); }
 
 /// c -= a b' for blocks column by column.
 UDAR_CLONES void subtract_product(double* c, const double* a, const double* b) {
   for (std::size_t column = 0; column < 6; ++column) {
-    Pack sum = pack(c + column * kPitch);
+    Pack sum = eight(c + column * kPitch);
     for (std::size_t m = 0; m < 6; ++m) {
-      sum -= pack(a + m * kPitch) * b[m * kPitch + column];
+      sum -= eight(a + m * kPitch) * b[m * kPitch + column];
     }
-    pack(c + column * kPitch) = sum;
+    eight(c + column * kPitch) = sum;
   }
 }
 
@@ -41,11 +41,11 @@ template <std::size_t Count>
 UDAR_INLINE void times(const double* matrix, double* vector) {
   for (std::size_t c = 0; c < Count; ++c) {
     double* own = vector + c * kPitch;
-    Pack sum = pack(matrix) * own[0];
+    Pack sum = eight(matrix) * own[0];
     for (std::size_t m = 1; m < 6; ++m) {
-      sum += pack(matrix + m * kPitch) * own[m];
+      sum += eight(matrix + m * kPitch) * own[m];
     }
-    pack(own) = sum;
+    eight(own) = sum;
   }
 }
 
@@ -55,11 +55,11 @@ UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::s
   for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
     double* to = values + rows[r] * Count * kPitch;
     for (std::size_t c = 0; c < Count; ++c) {
-      Pack sum = pack(to + c * kPitch);
+      Pack sum = eight(to + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
-        sum -= pack(factor + m * kPitch) * own[c * kPitch + m];
+        sum -= eight(factor + m * kPitch) * own[c * kPitch + m];
       }
-      pack(to + c * kPitch) = sum;
+      eight(to + c * kPitch) = sum;
     }
   }
 }
@@ -71,9 +71,9 @@ UDAR_INLINE void substitute(const double* factor, const std::size_t* rows, std::
   for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
     const double* from = values + rows[r] * Count * kPitch;
     for (std::size_t c = 0; c < Count; ++c) {
-      const Pack value = pack(from + c * kPitch);
+      const Pack value = eight(from + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
-        sums[c][m] += pack(factor + m * kPitch) * value;
+        sums[c][m] += eight(factor + m * kPitch) * value;
       }
     }
   }

@@ -13,14 +13,45 @@ TableView<double> view_of(const MemberTables& tables) {
           .nodes = tables.spacing().nodes.data()};
 }
 
+TurningView<double> turning_of(const MemberTables& tables) {
+  const AxialTable& turning = tables.turning();
+  return {.weights = turning.weights.data(),
+          .releases = turning.releases.data(),
+          .keeps = turning.keeps.data(),
+          .elements = tables.spacing().elements.data(),
+          .nodes = tables.spacing().nodes.data()};
+}
+
+TurningView<Lanes> LaneTables::turning() const {
+  return {.weights = turning_.weights.data(),
+          .releases = turning_.releases.data(),
+          .keeps = turning_.keeps.data(),
+          .elements = spacing_.elements.data(),
+          .nodes = spacing_.nodes.data()};
+}
+
 TableView<Lanes> LaneTables::view() const {
   return {.gains = {gains_[0].data(), gains_[1].data()},
           .weights = {weights_[0].data(), weights_[1].data()},
-          .axial_weights = axial_weights_.data(),
-          .releases = releases_.data(),
-          .keeps = keeps_.data(),
+          .axial_weights = axial_.weights.data(),
+          .releases = axial_.releases.data(),
+          .keeps = axial_.keeps.data(),
           .elements = spacing_.elements.data(),
           .nodes = spacing_.nodes.data()};
+}
+
+void LaneTables::put(const AxialTable& own, std::size_t lane, Rods& all) {
+  all.releases.resize(own.releases.size());
+  all.keeps.resize(own.keeps.size());
+  all.weights.resize(own.weights.size());
+  for (std::size_t i = 0; i < own.releases.size(); ++i) {
+    all.releases[i][lane] = own.releases[i];
+    all.keeps[i][lane] = own.keeps[i];
+  }
+  for (std::size_t i = 0; i < own.weights.size(); ++i) {
+    all.weights[i][0][lane] = own.weights[i][0];
+    all.weights[i][1][lane] = own.weights[i][1];
+  }
 }
 
 LaneTables::LaneTables(std::span<const MemberTables* const, kLanes> tables) {
@@ -29,14 +60,12 @@ LaneTables::LaneTables(std::span<const MemberTables* const, kLanes> tables) {
     gains_[plane].resize(inner);
     weights_[plane].resize(inner);
   }
-  releases_.resize(inner);
-  keeps_.resize(inner);
   spacing_.nodes.resize(inner);
-  axial_weights_.resize(inner + 1);
   spacing_.elements.resize(inner + 1);
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const MemberTables& own = *tables[lane];
-    const AxialTable& axial = own.axial();
+    put(own.axial(), lane, axial_);
+    put(own.turning(), lane, turning_);
     for (std::size_t i = 0; i < inner; ++i) {
       for (std::size_t plane = 0; plane < 2; ++plane) {
         const BendingTable& table = own.bending(plane);
@@ -50,17 +79,12 @@ LaneTables::LaneTables(std::span<const MemberTables* const, kLanes> tables) {
           weights_[plane][i][k][lane] = table.weights[i][k];
         }
       }
-      releases_[i][lane] = axial.releases[i];
-      keeps_[i][lane] = axial.keeps[i];
       const Spacing<double>::Node& node = own.spacing().nodes[i];
       spacing_.nodes[i].mass[lane] = node.mass;
       spacing_.nodes[i].inverse[lane] = node.inverse;
       spacing_.nodes[i].place[lane] = node.place;
     }
     for (std::size_t i = 0; i <= inner; ++i) {
-      for (std::size_t k = 0; k < 2; ++k) {
-        axial_weights_[i][k][lane] = axial.weights[i][k];
-      }
       spacing_.elements[i].length[lane] = own.spacing().elements[i].length;
       spacing_.elements[i].inverse[lane] = own.spacing().elements[i].inverse;
     }
@@ -68,9 +92,11 @@ LaneTables::LaneTables(std::span<const MemberTables* const, kLanes> tables) {
 }
 
 std::size_t LaneTables::bytes() const noexcept {
-  std::size_t bytes = (releases_.size() + keeps_.size()) * sizeof(Lanes) + axial_weights_.size() * 2 * sizeof(Lanes) +
-                      spacing_.nodes.size() * sizeof(Spacing<Lanes>::Node) +
-                      spacing_.elements.size() * sizeof(Spacing<Lanes>::Element);
+  std::size_t bytes =
+      spacing_.nodes.size() * sizeof(Spacing<Lanes>::Node) + spacing_.elements.size() * sizeof(Spacing<Lanes>::Element);
+  for (const Rods* rods : {&axial_, &turning_}) {
+    bytes += (rods->releases.size() + rods->keeps.size() + 2 * rods->weights.size()) * sizeof(Lanes);
+  }
   for (std::size_t plane = 0; plane < 2; ++plane) {
     bytes += gains_[plane].size() * sizeof(Gain<Lanes>) + weights_[plane].size() * 4 * sizeof(Lanes);
   }

@@ -65,12 +65,28 @@ struct Shown {
 
 }  // namespace
 
+const MemberJoints::Rod MemberJoints::kAlong{.shown = &Condensed::axial,
+                                             .start = &Bounds::along,
+                                             .reaction = &Bounds::pull,
+                                             .table = &MemberTables::axial,
+                                             .number = 0,
+                                             .steps = &MemberJoints::axial_};
+const MemberJoints::Rod MemberJoints::kAbout{.shown = &Condensed::turning,
+                                             .start = &Bounds::spin,
+                                             .reaction = &Bounds::torque,
+                                             .table = &MemberTables::turning,
+                                             .number = 3,
+                                             .steps = &MemberJoints::turning_};
+
 MemberJoints::MemberJoints(const MemberTables& ends, std::span<const MemberTables* const> spans, const MemberCut& cut)
     : ends_{&ends}, cut_{cut}, nodes_(cut.spans) {
   place_nodes();
   factor_plane(0, spans);
   factor_plane(1, spans);
-  factor_axial(spans);
+  factor_rod(kAlong, 0, spans);
+  if (ends.rotary()) {
+    factor_rod(kAbout, static_cast<Real>(ends.turning_stiffness()) / static_cast<Real>(ends.kind().joint[0][0]), spans);
+  }
 }
 
 void MemberJoints::place_nodes() {
@@ -129,11 +145,12 @@ void MemberJoints::factor_plane(std::size_t plane, std::span<const MemberTables*
   }
 }
 
-void MemberJoints::factor_axial(std::span<const MemberTables* const> spans) {
-  Real p = 0;
+/// @param joint compliance at the first end, infinite: a hinge
+void MemberJoints::factor_rod(const Rod& rod, long double joint, std::span<const MemberTables* const> spans) {
+  Real p = joint;
   Real from_start = 1;
   for (std::size_t k = 0; k < cut_.spans; ++k) {
-    AxialStep step;
+    RodStep step;
     if (k > 0) {
       const Real give = 1 / static_cast<Real>(nodes_[k].mass);
       const Real innovation = 1 / (p + give);
@@ -145,16 +162,19 @@ void MemberJoints::factor_axial(std::span<const MemberTables* const> spans) {
       p *= release;
       from_start *= release;
     }
-    const AxialTable::Open& open = spans[k]->axial().open;
+    const AxialTable::Open& open = (spans[k]->*rod.table)().open;
+    const bool loose = std::isinf(p);  // at a hinge of several elements
     const Real hold = 1 / (1 + p * open.stiffness);
+    const Real give = loose ? 1 / open.stiffness : hold * p;
     step.hold = static_cast<double>(hold);
-    step.give = static_cast<double>(hold * p);
+    step.give = static_cast<double>(give);
     step.inform = static_cast<double>(hold * open.stiffness);
     step.transfer = static_cast<double>(open.transfer);
     step.from_start = static_cast<double>(from_start);
-    p = open.compliance + open.transfer * hold * p * open.transfer;
+    p = loose ? open.compliance + open.transfer * give * open.transfer
+              : open.compliance + open.transfer * hold * p * open.transfer;
     from_start *= open.transfer * hold;
-    axial_.push_back(step);
+    (this->*rod.steps).push_back(step);
   }
 }
 
@@ -170,7 +190,10 @@ MemberJoints::Pair MemberJoints::Step::behind_span(const Pair& before, const Pai
 void MemberJoints::condense(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const {
   condense_plane(0, spans, nodes, member, lane);
   condense_plane(1, spans, nodes, member, lane);
-  condense_axial(spans, nodes, member, lane);
+  condense_rod(kAlong, spans, nodes, member, lane);
+  if (ends_->rotary()) {
+    condense_rod(kAbout, spans, nodes, member, lane);
+  }
 }
 
 /// From a first end that stands still: state of the second while it is free, and what pushes the first.
@@ -203,16 +226,17 @@ void MemberJoints::condense_plane(std::size_t plane, Spans spans, std::span<cons
   }
 }
 
-void MemberJoints::condense_axial(Spans spans, std::span<const CutNode> nodes, Condensed& member,
-                                  std::size_t lane) const {
+void MemberJoints::condense_rod(const Rod& rod, Spans spans, std::span<const CutNode> nodes, Condensed& member,
+                                std::size_t lane) const {
   double state = 0.0;
   double pushed = 0.0;
   for (std::size_t k = 0; k < spans.size(); ++k) {
-    const AxialStep& step = axial_[k];
-    const double first = spans[k].shown->axial[0][spans[k].lane];
-    const double second = spans[k].shown->axial[1][spans[k].lane];
+    const RodStep& step = (this->*rod.steps)[k];
+    const std::array<Lanes, 2>& shown = spans[k].shown->*rod.shown;
+    const double first = shown[0][spans[k].lane];
+    const double second = shown[1][spans[k].lane];
     if (k > 0) {
-      const double load = nodes[k - 1].load[0];
+      const double load = nodes[k - 1].load[rod.number];
       const double news = load - state;
       pushed += step.node_from_start * step.innovation * news;
       state = load - step.release * news;
@@ -220,15 +244,19 @@ void MemberJoints::condense_axial(Spans spans, std::span<const CutNode> nodes, C
     pushed += step.from_start * (step.hold * first - step.inform * state);
     state = step.transfer * (step.hold * state + step.give * first) + second;
   }
-  const auto& stiffness = ends_->axial().stiffness;
-  member.axial[0][lane] = pushed + stiffness[1] * state;
-  member.axial[1][lane] = stiffness[2] * state;
+  const auto& stiffness = (ends_->*rod.table)().stiffness;
+  std::array<Lanes, 2>& shows = member.*rod.shown;
+  shows[0][lane] = pushed + stiffness[1] * state;
+  shows[1][lane] = stiffness[2] * state;
 }
 
 void MemberJoints::resolve(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const {
   resolve_plane(0, spans, nodes, member, lane);
   resolve_plane(1, spans, nodes, member, lane);
-  resolve_axial(spans, nodes, member, lane);
+  resolve_rod(kAlong, spans, nodes, member, lane);
+  if (ends_->rotary()) {
+    resolve_rod(kAbout, spans, nodes, member, lane);
+  }
   for (std::size_t k = 0; k < spans.size(); ++k) {
     const double rise = member.twist_rise[lane];
     const double twist = member.twist[lane] + nodes_[k].place * rise;
@@ -284,34 +312,36 @@ void MemberJoints::resolve_plane(std::size_t plane, Spans spans, std::span<CutNo
   }
 }
 
-void MemberJoints::resolve_axial(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const {
-  double state = member.along[lane];
+void MemberJoints::resolve_rod(const Rod& rod, Spans spans, std::span<CutNode> nodes, const Bounds& member,
+                               std::size_t lane) const {
+  double state = (member.*rod.start)[lane];
   for (std::size_t k = 0; k < spans.size(); ++k) {
-    const AxialStep& step = axial_[k];
+    const RodStep& step = (this->*rod.steps)[k];
     if (k > 0) {
-      const double load = nodes[k - 1].load[0];
+      const double load = nodes[k - 1].load[rod.number];
       const double news = load - state;
-      nodes[k - 1].stretch[0] = news;
+      nodes[k - 1].stretch[rod.number] = news;
       state = load - step.release * news;
     }
-    spans[k].bounds->along[spans[k].lane] = state;
-    state = step.transfer * (step.hold * state + step.give * spans[k].shown->axial[0][spans[k].lane]) +
-            spans[k].shown->axial[1][spans[k].lane];
+    (spans[k].bounds->*rod.start)[spans[k].lane] = state;
+    const std::array<Lanes, 2>& shown = spans[k].shown->*rod.shown;
+    state = step.transfer * (step.hold * state + step.give * shown[0][spans[k].lane]) + shown[1][spans[k].lane];
   }
-  double reaction = member.pull[lane];
+  double reaction = (member.*rod.reaction)[lane];
   for (std::size_t k = spans.size(); k-- > 0;) {
-    const AxialStep& step = axial_[k];
+    const RodStep& step = (this->*rod.steps)[k];
     Bounds& bounds = *spans[k].bounds;
     const std::size_t own = spans[k].lane;
-    const double before = bounds.along[own];
-    const double pushed = step.transfer * reaction + spans[k].shown->axial[0][own];
-    bounds.along[own] = step.hold * before + step.give * pushed;
-    bounds.pull[own] = reaction;
+    double& start = (bounds.*rod.start)[own];
+    const double before = start;
+    const double pushed = step.transfer * reaction + (spans[k].shown->*rod.shown)[0][own];
+    start = step.hold * before + step.give * pushed;
+    (bounds.*rod.reaction)[own] = reaction;
     reaction = step.hold * pushed - step.inform * before;
     if (k > 0) {
       CutNode& node = nodes[k - 1];
-      const double stretch = step.deflect * reaction - step.release * node.stretch[0];
-      node.stretch[0] = stretch + node.load[0];
+      const double stretch = step.deflect * reaction - step.release * node.stretch[rod.number];
+      node.stretch[rod.number] = stretch + node.load[rod.number];
       reaction -= nodes_[k].mass * stretch;
     }
   }

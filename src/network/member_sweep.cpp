@@ -1,43 +1,22 @@
 #include "udar/network/member_sweep.hpp"
 
-#include "numerics/clones.hpp"
+#include <algorithm>
 
-#define UDAR_INLINE [[gnu::always_inline]] inline
+#include "network/packs.hpp"
+#include "numerics/clones.hpp"
 
 namespace udar::network {
 namespace {
 
-using Pack = double __attribute__((vector_size(8 * kLanes)));
-using Loose = double __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+using namespace packs;
 
 // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
-UDAR_INLINE Pack& pack(Lanes& lanes) { return *reinterpret_cast<Pack*>(lanes.value.data()); }
-UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<const Pack*>(lanes.value.data()); }
-
-UDAR_INLINE double pack(double shared) { return shared; }  // by all lanes
-
-/// Values of one node's lanes. Lanes that no member has get what stands behind them, if that can be read, else repeat
-/// the last: nothing comes of them.
-template <bool Full>
-UDAR_INLINE void load(Pack& value, const double* nodes, std::size_t at, const Placement& frame) {
-  if (Full || at + kLanes <= frame.nodes) {
-    value = *reinterpret_cast<const Loose*>(nodes + at);
-    return;
-  }
-  value = Pack{};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    value[lane] = nodes[at + (lane < frame.lanes ? lane : frame.lanes - 1)];
-  }
-}
-template <bool Full>
-UDAR_INLINE void store(double* to, const Pack& value, std::size_t lanes) {
-  if constexpr (Full) {
-    *reinterpret_cast<Loose*>(to) = value;
-  } else {
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      to[lane] = value[lane];
-    }
-  }
+/// Adds rotation x arm.
+UDAR_INLINE void cross_arm(const std::array<Pack, 3>& turned, const std::array<Lanes, 3>& arm,
+                           std::array<Pack, 3>& moved) {
+  moved[0] += turned[1] * pack(arm[2]) - turned[2] * pack(arm[1]);
+  moved[1] += turned[2] * pack(arm[0]) - turned[0] * pack(arm[2]);
+  moved[2] += turned[0] * pack(arm[1]) - turned[1] * pack(arm[0]);
 }
 
 /// Displacements of the masses at both ends [m], global axes.
@@ -115,17 +94,6 @@ struct Walk {
     }
   }
 };
-
-UDAR_INLINE void along(const std::array<Lanes, 3>& axis, const std::array<Pack, 3>& vector, Pack& value) {
-  value = pack(axis[0]) * vector[0] + pack(axis[1]) * vector[1] + pack(axis[2]) * vector[2];
-}
-
-/// From member axes.
-UDAR_INLINE void turned_back(const Placement& frame, const std::array<Pack, 3>& own, std::array<Pack, 3>& global) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    global[k] = pack(frame.axes[0][k]) * own[0] + pack(frame.axes[1][k]) * own[1] + pack(frame.axes[2][k]) * own[2];
-  }
-}
 
 template <class Walk>
 UDAR_INLINE void condense_pack(const Walk& walk, Condensed& condensed) {
@@ -404,31 +372,16 @@ UDAR_INLINE void resolve_pack(const Walk& walk, const Bounds& bounds) {
   }
 }
 
-/// Values of the junctions, one direction of both ends after the other.
-template <std::size_t Count>
-UDAR_INLINE void gather(const Placement& pack, const double* from, std::size_t pitch,
-                        std::array<std::array<Pack, Count>, 2>& values) {
-  for (std::size_t end = 0; end < 2; ++end) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      const double* own = from + pack.slot[end][lane] * pitch;
-      for (std::size_t k = 0; k < Count; ++k) {
-        values[end][k][lane] = own[k];
-      }
-    }
-  }
-}
-
 /// Of the junctions in global axes, to the ends in member axes.
 UDAR_INLINE void known_at(const Placement& frame, const Sweep& sweep, EndValues& known) {
   EndValues global;
   gather<6>(frame, sweep.value, sweep.pitch, global);
   for (std::size_t end = 0; end < 2; ++end) {
     std::array<Pack, 6>& own = global[end];
-    if (frame.offsets) {  // rotation x arm
-      const auto& arm = frame.offset[end];
-      own[0] += own[4] * pack(arm[2]) - own[5] * pack(arm[1]);
-      own[1] += own[5] * pack(arm[0]) - own[3] * pack(arm[2]);
-      own[2] += own[3] * pack(arm[1]) - own[4] * pack(arm[0]);
+    if (frame.offsets) {
+      std::array<Pack, 3> moved{own[0], own[1], own[2]};
+      cross_arm({own[3], own[4], own[5]}, frame.offset[end], moved);
+      std::copy(moved.begin(), moved.end(), own.begin());
     }
     for (std::size_t i = 0; i < 3; ++i) {
       along(frame.axes[i], {own[0], own[1], own[2]}, known[end][i]);
@@ -489,11 +442,22 @@ struct Task {
   const Sweep& sweep;
 };
 
+UDAR_INLINE void add_arms(const Task& task, EndPlaces& ends) {
+  EndPlaces turned;
+  gather<3>(task.frame, task.sweep.place + 3, task.sweep.pitch, turned);
+  for (std::size_t end = 0; end < 2; ++end) {
+    cross_arm(turned[end], task.frame.offset[end], ends[end]);
+  }
+}
+
 /// With a walk through the pack. @param run condenses or resolves
 template <bool Full, bool Loaded, bool Equal, class Number, class Run>
 UDAR_INLINE void walk_inside(const Task& task, const TableView<Number>& read, const Run& run) {
   EndPlaces ends;
   gather<3>(task.frame, task.sweep.place, task.sweep.pitch, ends);
+  if (task.frame.offsets && task.sweep.angle != nullptr) {  // arms turn with the masses
+    add_arms(task, ends);
+  }
   run(Walk<Full, Loaded, Equal, Number>{.tables = read,
                                         .frame = task.frame,
                                         .given = task.sweep,

@@ -211,29 +211,36 @@ BendingTable factor(Plane plane) {
   return table;
 }
 
-/// @param element K h / EA, compliance of one of length h
-AxialTable factor_axial(Real element, const Steps& steps, bool open) {
+/// Along the axis, or about it.
+struct Rod {
+  Real element;          // K h / EA, compliance of an element of length h
+  Real first_joint = 0;  // those of the joints, infinite: a hinge
+  Real second_joint = 0;
+};
+
+AxialTable factor_axial(const Rod& rod, const Steps& steps, bool open) {
   AxialTable table;
   const std::size_t elements = steps.elements();
-  Real p = 0;
+  Real p = rod.first_joint;
   Real phi = 1;
   std::vector<Real> before;  // phi before each element
   std::vector<Real> innovation;
   std::vector<Real> release;
   for (std::size_t i = 1; i <= elements; ++i) {
     before.push_back(phi);
-    p += steps.length[i - 1] * element;
+    p += steps.length[i - 1] * rod.element;
     if (i < elements) {
       const Real give = 1 / steps.mass[i - 1];
       innovation.push_back(1 / (p + give));
       const Real r = give * innovation.back();
       release.push_back(r);
       table.releases.push_back(static_cast<double>(r));
-      table.keeps.push_back(static_cast<double>(p * r));
-      p *= r;
+      p = std::isinf(p) ? give : p * r;  // behind a hinge the node is where its mass is
+      table.keeps.push_back(static_cast<double>(p));
       phi *= r;
     }
   }
+  p += rod.second_joint;
   Real j = 0;
   Real b = 1;
   table.weights.resize(elements);
@@ -272,8 +279,13 @@ Spacing<double> spacing_of(const Steps& steps) {
 
 }  // namespace
 
-MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, Part part)
-    : kind_{kind}, stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length} {
+MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency,
+                           const Options& options)
+    : kind_{kind},
+      stiffness_{filter_frequency * filter_frequency * section.mass_per_length() * kind.element_length},
+      turning_stiffness_{options.rotary ? filter_frequency * filter_frequency * section.polar() * kind.element_length
+                                        : 0.0} {
+  const Part part = options.part;
   const Real h = kind.element_length;
   const Real k = stiffness_;
   const Steps steps{kind};
@@ -290,7 +302,14 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
                               .second_joint = joint(1),
                               .open = part == Part::span});
   }
-  axial_ = factor_axial(k * h / static_cast<Real>(section.axial()), steps, part == Part::span);
+  axial_ = factor_axial({.element = k * h / static_cast<Real>(section.axial())}, steps, part == Part::span);
+  if (rotary()) {
+    const Real turning = turning_stiffness_;
+    turning_ = factor_axial({.element = turning * h / static_cast<Real>(section.torsion()),
+                             .first_joint = turning / static_cast<Real>(kind.joint[0][0]),
+                             .second_joint = turning / static_cast<Real>(kind.joint[1][0])},
+                            steps, part == Part::span);
+  }
   const double flexible = kind.element_length * static_cast<double>(kind.elements) / section.torsion();
   torsion_ = 1.0 / (flexible + 1.0 / kind.joint[0][0] + 1.0 / kind.joint[1][0]);
   if (kind.joint[0][0] == 0.0) {  // it follows the second end, between two hinges nothing
@@ -305,15 +324,19 @@ MemberTables::MemberTables(const MemberSection& section, const MemberKind& kind,
       table.gains = {};
       table.weights = {};
     }
-    axial_.releases = axial_.keeps = {};
-    axial_.weights = {};
+    for (AxialTable* table : {&axial_, &turning_}) {
+      table->releases = table->keeps = {};
+      table->weights = {};
+    }
     spacing_ = {};
   }
 }
 
 std::size_t MemberTables::bytes() const noexcept {
-  std::size_t numbers =
-      2 * axial_.releases.size() + 2 * axial_.weights.size() + 2 * spacing_.elements.size() + 3 * spacing_.nodes.size();
+  std::size_t numbers = 2 * spacing_.elements.size() + 3 * spacing_.nodes.size();
+  for (const AxialTable* table : {&axial_, &turning_}) {
+    numbers += 2 * table->releases.size() + 2 * table->weights.size();
+  }
   for (const BendingTable& table : bending_) {
     numbers += 5 * table.gains.size() + 4 * table.weights.size();
   }
@@ -339,8 +362,14 @@ std::array<std::array<long double, 12>, 12> MemberTables::end_stiffness() const 
   all[0][0] = k * axial_.stiffness[0];
   all[0][6] = all[6][0] = k * axial_.stiffness[1];
   all[6][6] = k * axial_.stiffness[2];
-  all[3][3] = all[9][9] = torsion_;
-  all[3][9] = all[9][3] = -static_cast<Real>(torsion_);
+  if (rotary()) {
+    all[3][3] = static_cast<Real>(turning_stiffness_) * turning_.stiffness[0];
+    all[3][9] = all[9][3] = static_cast<Real>(turning_stiffness_) * turning_.stiffness[1];
+    all[9][9] = static_cast<Real>(turning_stiffness_) * turning_.stiffness[2];
+  } else {
+    all[3][3] = all[9][9] = torsion_;
+    all[3][9] = all[9][3] = -static_cast<Real>(torsion_);
+  }
   return all;
 }
 

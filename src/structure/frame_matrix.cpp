@@ -7,6 +7,7 @@
 #include "structure/member_frame.hpp"
 #include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/junction_rotations.hpp"
 #include "udar/structure/matrix_file.hpp"
 
 namespace udar {
@@ -53,7 +54,22 @@ class Assembly {
   void add_diagonal();
   void add_member(std::size_t number);
   void add_junctions();
-  /// A spring against the rotation about an axis.
+  /// Those of a node that are held.
+  [[nodiscard]] std::array<bool, 6> held_rows(std::size_t junction) const {
+    std::array<bool, 6> held = given_->junctions[junction].held;
+    for (std::size_t k = 0; network_->rotary() && k < 3; ++k) {
+      held.at(3 + k) = network_->rotations(junction).held.at(k);
+    }
+    return held;
+  }
+  /// Axes of the rotations of a member's node.
+  [[nodiscard]] const Axes& axes_at(std::size_t member, std::size_t node) const {
+    const Member& given = given_->members[member];
+    return node == 0                ? network_->rotations(given.ends[0].junction).axes
+           : node == given.elements ? network_->rotations(given.ends[1].junction).axes
+                                    : network_->axes(member);
+  }
+  /// A spring against the rotation about an axis in the node's axes.
   void add_rotation(const Freedoms& rows, const std::array<double, 3>& axis, double stiffness) {
     for (std::size_t i = 0; i < 3; ++i) {
       for (std::size_t j = 0; j < 3; ++j) {
@@ -91,18 +107,20 @@ void Assembly::add_member(std::size_t number) {
     }
     const std::array<Freedoms, 2> rows{rows_of(network_->node(number, element)),
                                        rows_of(network_->node(number, element + 1))};
-    const std::array held{first ? given_->junctions[member.ends[0].junction].held : kFree,
-                          last ? given_->junctions[member.ends[1].junction].held : kFree};
+    const std::array held{first ? held_rows(member.ends[0].junction) : kFree,
+                          last ? held_rows(member.ends[1].junction) : kFree};
+    const FrameElement::Matrix own =
+        network_->rotary() ? turned_rotations(matrix, axes_at(number, element), axes_at(number, element + 1)) : matrix;
     for (std::size_t i = 0; i < 12; ++i) {
       for (std::size_t j = 0; j < 12; ++j) {
         if (!held.at(i / 6).at(i % 6) && !held.at(j / 6).at(j % 6)) {
-          add(rows.at(i / 6).at(i % 6), rows.at(j / 6).at(j % 6), matrix[i][j]);
+          add(rows.at(i / 6).at(i % 6), rows.at(j / 6).at(j % 6), own[i][j]);
         }
       }
     }
   }
-  // Between two hinges of torsion a member turns about its own axis.
-  if (member.elements > 1 && member.ends[0].joint[0] == 0.0 && member.ends[1].joint[0] == 0.0) {
+  // Between two hinges of torsion a member turns about its own axis, without inertia as it likes.
+  if (!network_->rotary() && member.elements > 1 && member.ends[0].joint[0] == 0.0 && member.ends[1].joint[0] == 0.0) {
     add_rotation(rows_of(network_->node(number, 1)), axes[0], section.torsion() / kind.element_length);
   }
 }
@@ -122,9 +140,20 @@ void Assembly::add_junctions() {
   for (const std::size_t number : network_->own_junctions()) {
     const Junction& junction = given_->junctions[number];
     const Freedoms rows = rows_of(network_->junction_node(number));
-    for (std::size_t freedom = 0; freedom < 6; ++freedom) {
+    const std::array<bool, 6> held = held_rows(number);
+    for (std::size_t freedom = 0; freedom < (network_->rotary() ? 3 : 6); ++freedom) {
       add(rows.at(freedom), rows.at(freedom),
-          junction.held.at(freedom) ? scale[number].at(freedom / 3) : junction.stiffness.at(freedom));
+          held.at(freedom) ? scale[number].at(freedom / 3) : junction.stiffness.at(freedom));
+    }
+    for (std::size_t c = 0; network_->rotary() && c < 3; ++c) {
+      if (held.at(3 + c)) {
+        add(rows.at(3 + c), rows.at(3 + c), scale[number][1]);
+      }
+      if (!junction.held.at(3 + c) && junction.stiffness.at(3 + c) > 0.0) {
+        std::array<double, 3> axis{};
+        axis.at(c) = 1.0;
+        add_rotation(rows, along(network_->rotations(number).axes, axis), junction.stiffness.at(3 + c));
+      }
     }
   }
   for (const auto& [junction, axis, stiffness] : network_->rotation_springs()) {
@@ -135,7 +164,8 @@ void Assembly::add_junctions() {
     for (std::size_t c = 0; c < 3; ++c) {
       free_axis.at(c) *= given_->junctions[junction].held.at(3 + c) ? 0.0 : 1.0;
     }
-    add_rotation(rows_of(network_->junction_node(junction)), free_axis, stiffness);
+    add_rotation(rows_of(network_->junction_node(junction)),
+                 network_->rotary() ? along(network_->rotations(junction).axes, free_axis) : free_axis, stiffness);
   }
 }
 

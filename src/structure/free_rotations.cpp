@@ -97,7 +97,7 @@ class Search {
   FreeRotations found_;
 };
 
-/// Axes about which neither bending nor springs and holds resist.
+/// Axes about which neither bending nor springs, holds and inertia resist.
 void Search::find_unbent() {
   std::vector<std::array<double, 9>> resistance(scale_.size(), std::array<double, 9>{});
   for (std::size_t number = 0; number < given_->members.size(); ++number) {
@@ -119,6 +119,12 @@ void Search::find_unbent() {
     const Junction& junction = given_->junctions[number];
     for (std::size_t c = 0; c < 3; ++c) {
       resistance[number].at(4 * c) += junction.stiffness.at(3 + c) + (junction.held.at(3 + c) ? scale_[number] : 0.0);
+    }
+    for (std::size_t k = 0; network_->rotary() && k < network_->rotations(number).count; ++k) {
+      const std::array<double, 3>& axis = network_->rotations(number).axes.at(k);  // inertia resists
+      for (std::size_t i = 0; i < 9; ++i) {
+        resistance[number].at(i) += scale_[number] * axis.at(i / 3) * axis.at(i % 3);
+      }
     }
     const Rotations all = principal({resistance[number].begin(), resistance[number].end()}, kGlobal);
     for (std::size_t i = 0; i < all.axes.size(); ++i) {

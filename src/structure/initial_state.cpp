@@ -60,7 +60,9 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
     if (initial.spins()) {
       velocity = velocity + cross(initial.spin, at - centre);
     }
-    masses.velocity[point] = dot(along, velocity);
+    masses.velocity[point] = points.direction(point) == Direction::other
+                                 ? dot(points.turning(point), initial.spin + initial.angular_velocity * Place{.z = 1.0})
+                                 : dot(along, velocity);
   }
   return masses;
 }

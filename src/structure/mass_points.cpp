@@ -153,7 +153,8 @@ PlacedPoints::PlacedPoints(PointTable&& table, MPI_Comm comm, int components)
       number_{std::move(table.number)},
       direction_{std::move(table.direction)},
       nodes_{table.nodes},
-      frames_{std::move(table.frames)} {
+      frames_{std::move(table.frames)},
+      turning_{std::move(table.turning)} {
   framed_.resize(frames_.empty() ? 0 : points());
   for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -193,8 +194,8 @@ Place PlacedPoints::axis(std::size_t point) const {
 }
 
 std::optional<std::array<std::size_t, 2>> PlacedPoints::beside(std::size_t point) const {
-  return nodes_ == 0 ? std::nullopt
-                     : std::optional{std::array{(point + nodes_) % points(), (point + 2 * nodes_) % points()}};
+  const std::size_t all = 3 * nodes_;
+  return point >= all ? std::nullopt : std::optional{std::array{(point + nodes_) % all, (point + 2 * nodes_) % all}};
 }
 
 bool PlacedPoints::moves_along(std::size_t point, const Facing& facing) const {

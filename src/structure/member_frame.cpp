@@ -1,8 +1,10 @@
 #include "structure/member_frame.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 #include "structure/place_algebra.hpp"
+#include "udar/structure/junction_rotations.hpp"
 
 namespace udar {
 namespace {
@@ -123,6 +125,33 @@ double torsion_of(const MemberSection& section, double length, double first_join
 
 double scale_of(const MemberSection& section, double length, bool rotation) {
   return (rotation ? section.bending(0) + section.bending(1) + section.torsion() : section.axial()) / length;
+}
+
+FrameElement::Matrix turned_rotations(const FrameElement::Matrix& matrix, const Axes& first, const Axes& second) {
+  FrameElement::Matrix half = matrix;
+  const auto of_node = [&](std::size_t i) -> const Axes& { return i < 6 ? first : second; };
+  for (std::size_t row = 0; row < 12; ++row) {
+    for (const std::size_t begin : {3U, 9U}) {
+      const std::array<double, 3> global{matrix[row][begin], matrix[row][begin + 1], matrix[row][begin + 2]};
+      std::ranges::copy(along(of_node(begin), global), half[row].begin() + static_cast<std::ptrdiff_t>(begin));
+    }
+  }
+  FrameElement::Matrix all = half;
+  for (std::size_t column = 0; column < 12; ++column) {
+    for (const std::size_t begin : {3U, 9U}) {
+      const std::array<double, 3> own =
+          along(of_node(begin), {half[begin][column], half[begin + 1][column], half[begin + 2][column]});
+      for (std::size_t k = 0; k < 3; ++k) {
+        all[begin + k][column] = own[k];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < 12; ++i) {  // to the bit, again
+    for (std::size_t j = 0; j < i; ++j) {
+      all[i][j] = all[j][i];
+    }
+  }
+  return all;
 }
 
 FrameElement element_of(const Member& member, double element_length, std::size_t element) {

@@ -40,6 +40,10 @@ struct FrameElement {
   [[nodiscard]] Matrix stiffness(const MemberSection& section, const Axes& axes) const;
 };
 
+/// @brief The stiffness with the rotations of both nodes about axes of their own.
+[[nodiscard]] FrameElement::Matrix turned_rotations(const FrameElement::Matrix& matrix, const Axes& first,
+                                                    const Axes& second);
+
 /// @brief Element i of a member; joints and arms at its ends are those of the member.
 [[nodiscard]] FrameElement element_of(const Member& member, double element_length, std::size_t element);
 

@@ -21,6 +21,7 @@
 #include "structure/node_axes.hpp"
 #include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/junction_rotations.hpp"
 
 namespace udar {
 namespace {
@@ -104,7 +105,7 @@ class Checksum {
 /// Of all that shapes the motion.
 std::uint64_t checksum_of(const NetworkParameters& network) {
   Checksum sum;
-  const auto& [sections, junctions, members, planes, partition_unused] = network;
+  const auto& [sections, junctions, members, planes, partition_unused, rotary] = network;
   static_cast<void>(planes);  // those of supports
   static_cast<void>(partition_unused);
   for (const auto& [name, youngs, shear, density, area, inertia, torsion, shear_factor, radius_unused] : sections) {
@@ -122,6 +123,9 @@ std::uint64_t checksum_of(const NetworkParameters& network) {
     for (const double length : spacing) {
       sum.add(length);
     }
+  }
+  if (rotary) {
+    sum.add(rotary);
   }
   return sum.value();
 }
@@ -174,6 +178,10 @@ Network::Network(MPI_Comm comm, NetworkParameters parameters)
   sort_members();
   deal();
   pack_members();
+  if (rotary()) {
+    turning_.rotations = rotations_of_junctions(parameters_, axes_, kinds_, member_kinds_);
+    count_turning_points();
+  }
   place_points();
   warnings_ = overlaps_of(parameters_, axes_);
   connected_parts_ = count_parts(parameters_);
@@ -291,6 +299,9 @@ void Network::place_points() {
   }
   table.nodes = nodes();
   table.frames = node_frames({table.place.data(), nodes()}, table.fixed);
+  if (rotary()) {
+    add_turning_points(table);
+  }
   points_ = std::make_unique<PlacedPoints>(comm_, 1, std::move(table));
 }
 
@@ -321,6 +332,83 @@ std::vector<NodeFrame> Network::node_frames(std::span<const Place> places, std::
   return frames;
 }
 
+void Network::count_turning_points() {
+  const std::size_t ranks = rank_nodes_.size() - 1;
+  std::vector<std::vector<std::size_t>> counts(ranks);
+  for (std::size_t junction = 0; junction < junction_ranks_.size(); ++junction) {  // in the order of their places
+    counts[static_cast<std::size_t>(junction_ranks_[junction])].push_back(turning_.rotations[junction].count);
+  }
+  for (const std::vector<std::size_t>& own : counts) {
+    turning_.first.push_back(turning_.before.size());
+    std::size_t before = 0;
+    for (const std::size_t count : own) {
+      turning_.before.push_back(before);
+      before += count;
+    }
+    turning_.before.push_back(before);
+  }
+  turning_.first.push_back(turning_.before.size());
+}
+
+/// Numbers behind those of all displacements.
+void Network::add_turning_points(PointTable& table) const {
+  const std::size_t first = table.mass.size();
+  const auto numbers = 3 * static_cast<std::int64_t>(total_nodes());
+  table.mass.resize(first + turning_points());
+  table.place.resize(table.mass.size());
+  table.number.resize(table.mass.size());
+  table.direction.resize(table.mass.size(), Direction::other);
+  table.turning.resize(turning_points());
+  const auto add = [&](std::size_t local, std::size_t axis, double inertia, const std::array<double, 3>& about) {
+    const std::size_t at = rotation_place({.rank = rank_, .local = local}, axis);
+    table.mass[first + at] = inertia;
+    table.place[first + at] = table.place[local];
+    table.number[first + at] = numbers + table.number[local] - 1 + static_cast<std::int64_t>(axis);
+    table.turning[at] = place_of(about);
+  };
+  for (std::size_t local = 0; local < own_junctions_.size(); ++local) {
+    const JunctionRotations& own = turning_.rotations[own_junctions_[local]];
+    for (std::size_t k = 0; k < own.count; ++k) {
+      add(local, k, own.inertia.at(k), own.axes.at(k));
+    }
+  }
+  each_inner_node([&](std::size_t local, std::size_t member, std::size_t number) {
+    const MemberKind& kind = kinds_[member_kinds_[member]];
+    add(local, 0, parameters_.sections[kind.section].polar() * kind.node_length(number), axes_[member][0]);
+  });
+}
+
+void Network::each_inner_node(
+    const std::function<void(std::size_t local, std::size_t member, std::size_t number)>& visit) const {
+  for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
+    for (std::size_t i = 1; member_ranks_[member] == rank_ && i < parameters_.members[member].elements; ++i) {
+      visit(node(member, i).local, member, i);
+    }
+  }
+}
+
+std::size_t Network::turning_points_of_junctions() const noexcept {
+  return rotary() ? turning_.before[turning_.first[static_cast<std::size_t>(rank_) + 1] - 1] : 0;
+}
+
+std::size_t Network::turning_points() const noexcept {
+  return rotary() ? turning_points_of_junctions() + nodes() - own_junctions_.size() : 0;
+}
+
+std::size_t Network::rotation_place(const Node& node, std::size_t axis) const {
+  const auto rank = static_cast<std::size_t>(node.rank);
+  const std::size_t* const before = &turning_.before[turning_.first[rank]];
+  const std::size_t junctions = turning_.first[rank + 1] - turning_.first[rank] - 1;
+  const std::size_t count = rank_nodes_[rank + 1] - rank_nodes_[rank];
+  const std::size_t points = before[junctions] + count - junctions;
+  if (node.local < junctions) {
+    const std::size_t own = before[node.local + 1] - before[node.local];
+    return axis < own ? before[node.local] + axis : points + 3 * node.local - before[node.local] + axis - own;
+  }
+  const std::size_t inner = node.local - junctions;
+  return axis == 0 ? before[junctions] + inner : points + 3 * junctions - before[junctions] + 2 * inner + axis - 1;
+}
+
 std::size_t Network::nodes() const noexcept {
   const auto own = static_cast<std::size_t>(rank_);
   return rank_nodes_[own + 1] - rank_nodes_[own];
@@ -339,12 +427,27 @@ Network::Node Network::node(std::size_t member, std::size_t number) const {
 }
 
 PetscInt Network::point(const Node& node, std::size_t direction) const {
-  const std::size_t first = rank_nodes_[static_cast<std::size_t>(node.rank)];
-  const std::size_t count = rank_nodes_[static_cast<std::size_t>(node.rank) + 1] - first;
-  return static_cast<PetscInt>(3 * first + kBlock.at(direction) * count + node.local);
+  const auto rank = static_cast<std::size_t>(node.rank);
+  const std::size_t first = rank_nodes_[rank];
+  const std::size_t count = rank_nodes_[rank + 1] - first;
+  std::size_t turning = 0;  // of ranks before
+  for (std::size_t r = 0; rotary() && r < rank; ++r) {
+    const std::size_t junctions = turning_.first[r + 1] - turning_.first[r] - 1;
+    turning += turning_.before[turning_.first[r + 1] - 1] + rank_nodes_[r + 1] - rank_nodes_[r] - junctions;
+  }
+  return static_cast<PetscInt>(3 * first + turning + kBlock.at(direction) * count + node.local);
 }
 
 PetscInt Network::row(const Node& node, std::size_t freedom) const {
+  if (!rotary() || freedom < 3) {
+    return nodal_row(node, freedom);
+  }
+  const std::size_t first = rank_nodes_[static_cast<std::size_t>(node.rank)];
+  const std::size_t count = rank_nodes_[static_cast<std::size_t>(node.rank) + 1] - first;
+  return static_cast<PetscInt>(6 * first + 3 * count + rotation_place(node, freedom - 3));
+}
+
+PetscInt Network::nodal_row(const Node& node, std::size_t freedom) const {
   const std::size_t first = rank_nodes_[static_cast<std::size_t>(node.rank)];
   const std::size_t count = rank_nodes_[static_cast<std::size_t>(node.rank) + 1] - first;
   return static_cast<PetscInt>(6 * first + (3 * (freedom / 3) + kBlock.at(freedom % 3)) * count + node.local);
@@ -369,6 +472,9 @@ double Network::largest_ratio() const {
                            1.0 / (h * h * h / (12.0 * section.bending(plane)) + h * section.shear_compliance(plane)));
     }
     largest = std::max(largest, 2.0 * stiffness / (section.mass_per_length() * h));
+    if (rotary()) {
+      largest = std::max(largest, 2.0 * section.torsion() / (section.polar() * h * h));
+    }
   }
   const std::vector<double> masses = junction_masses(*this);
   double spring = 0.0;
@@ -386,15 +492,23 @@ double Network::highest_frequency() const {
     const double h = kind.shortest();
     const double bending = std::max(section.bending(0), section.bending(1));
     highest = std::max({highest, 2.0 / h * std::sqrt(section.axial() / section.mass_per_length()),
-                        4.0 / (h * h) * std::sqrt(bending / section.mass_per_length())});
+                        4.0 / (h * h) * std::sqrt(bending / section.mass_per_length()),
+                        rotary() ? 2.0 / h * std::sqrt(section.torsion() / section.polar()) : 0.0});
   }
   return highest;
 }
 
 Topology Network::topology() const {
   Topology topology{.name = "network", .shape = Topology::Shape::line, .corners = {}};
-  for (std::size_t point = 0; point < points_->points(); ++point) {
+  for (std::size_t point = 0; point < 3 * nodes(); ++point) {
     topology.node.push_back(point % nodes());
+  }
+  topology.node.resize(points_->points());
+  for (std::size_t local = 0; rotary() && local < nodes(); ++local) {
+    const std::size_t count = local < own_junctions_.size() ? turning_.rotations[own_junctions_[local]].count : 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      topology.node[3 * nodes() + rotation_place({.rank = rank_, .local = local}, k)] = local;
+    }
   }
   for (std::size_t local = 0; local < nodes(); ++local) {
     topology.node_number.push_back(points_->number(local) / 3);
@@ -439,6 +553,9 @@ void Network::describe(Description& all) const {
   all.add("nodes", static_cast<double>(total_nodes()));
   all.add("kinds of members", static_cast<double>(kinds_.size()));
   all.add("mass [kg]", mass);
+  if (rotary()) {
+    all.add("rotary inertia", "of members about their axes");
+  }
   all.add("sections, junctions and members, checksum", std::to_string(checksum_of(parameters_)));
 }
 

@@ -132,6 +132,13 @@ nlohmann::ordered_json measured_network(MPI_Comm comm, const NetShape& kind, std
     Solved graded{comm, network_of(kind, elements, bench, bench.grading), filter_frequency, {}};
     entry["graded_over_equal"] = beside(comm, members, graded, repeats);
   }
+  if (bench.rotary_inertia) {
+    NetworkParameters turning = parameters;
+    turning.rotary_inertia = true;
+    Solved rotary{comm, turning, filter_frequency, {}};
+    entry["rotary_over_plain"] = beside(comm, members, rotary, repeats);
+    entry["rotary_table_bytes_first_rank"] = rotary.line().network()->report().members.table_bytes;
+  }
   if (nodes <= static_cast<double>(bench.most)) {
     if (ranks == 1) {
       Solved cholmod{comm, parameters, filter_frequency, {{"-filter_pc_type", "cholesky"}}};

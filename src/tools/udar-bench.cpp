@@ -409,6 +409,8 @@ bench::NetworkBench read_networks(petsc::OptionGroup& group) {
   group.real("-bench_member_length", networks.member_length, "m", petsc::positive(), "network: length of a member");
   group.real("-bench_grading", networks.grading, "-", petsc::positive(),
              "network: measures elements that grow so many times along a member, too; 1: equal ones alone");
+  group.boolean("-bench_rotary_inertia", networks.rotary_inertia,
+                "network: measures members with rotary inertia, too, as -rotary_inertia");
   group.choice<NetworkPartition>("-bench_partition", networks.partition, kPartitions,
                                  "network: how junctions are dealt to the ranks, as -network_partition");
   group.integer("-bench_largest_frame", most, petsc::at_least(0),

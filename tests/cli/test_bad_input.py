@@ -25,6 +25,7 @@ REFUSED = {
     "unknown_damping_option": ({"damping_mas": 1}, ["-damping_mas", "-damping_mass"]),
     "unknown_ground_option": ({"ground_profil": "hills.csv"}, ["-ground_profil", "-ground_profile"]),
     "unknown_contact_option": ({"contact_resitution": 0.5}, ["-contact_resitution", "-contact_restitution"]),
+    "rotary_inertia_of_a_beam": ({"rotary_inertia": ""}, ["-rotary_inertia", "-structure_type network"]),
     "negative_length": ({"beam_length": -10}, ["-beam_length", "-10", "> 0", "[m]"]),
     "two_heights": ({"initial_height": "1,2"}, ["-initial_height", "one value", "2"]),
     "two_radii_one_beam": ({"beam_radius": "0.1,0.2"}, ["-beam_radius", "2", "-beam_length"]),

@@ -947,7 +947,7 @@ NOT_TRIED = {
     "network_young_modulus", "network_poisson_ratio", "network_density", "network_theory", "network_rotation",
     "network_partition", "network_shift", "support_normal", "support_friction", "support_y_position", "support_y_width",
     "support_z_position", "support_z_width", "support_box", "support_height_field", "support_field_tolerance",
-    "initial_velocity_x", "initial_velocity_z", "initial_spin",
+    "initial_velocity_x", "initial_velocity_z", "initial_spin", "rotary_inertia",
 }
 
 

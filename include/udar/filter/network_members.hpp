@@ -73,6 +73,11 @@ class NetworkMembers {
   void give_tables(const MemberPack& pack, Group& group);
   void place_lane(network::Placement& place, std::size_t lane, std::size_t member) const;
   void list_cut_members();
+  /// What ends at junctions: pushes them, and knows its ends when they are known.
+  static void push(const network::MemberTables& tables, const network::Placement& place, const network::Sweep& sweep,
+                   network::Condensed& condensed);
+  static void bound(const network::MemberTables& tables, const network::Placement& place, const network::Sweep& sweep,
+                    const network::Condensed& condensed, network::Bounds& bounds);
   [[nodiscard]] std::vector<network::SpanLane> lanes_of(const CutMember& member, std::size_t column);
   [[nodiscard]] std::vector<network::CutNode> nodes_of(const CutMember& member, const network::Sweep& sweep) const;
   void write_nodes(const CutMember& member, const std::vector<network::CutNode>& nodes,

@@ -16,7 +16,6 @@
 
 namespace udar {
 
-struct FrameElement;
 class NetworkSolver;
 
 /// @brief wf^2 M + C of a network: `NetworkSolver` is what solves, the product by elements what solutions are checked
@@ -24,7 +23,8 @@ class NetworkSolver;
 /// for those that ask for it.
 ///
 /// Internal numbers, two for each point: of the node about the axis along which the point moves the rotation of the
-/// line [rad]; after those of all points its displacement Yc from where it is unstressed [m]. Source: docs/theory.md,
+/// line [rad], of a point that turns nothing; after those of all points its displacement Yc from where it is unstressed
+/// [m], of a point that turns the line's angle [rad]. Source: docs/theory.md,
 /// "Networks"
 class NetworkOperator final : public ScaledOperator {
  public:
@@ -38,6 +38,13 @@ class NetworkOperator final : public ScaledOperator {
   [[nodiscard]] double filter_frequency() const noexcept { return filter_frequency_; }
   /// Local unknowns that never move, and what stands on their diagonal.
   [[nodiscard]] const std::vector<std::pair<std::size_t, double>>& held() const noexcept { return held_; }
+
+  /// Numbers of this rank's nodes along and about global axes, `Network::nodal_row`, and of its unknowns, not scaled.
+  using Nodal = std::vector<double>;
+  using Rows = std::vector<double>;
+  /// From displacements and rotations that are unknowns, and from forces and moments on nodes, to the other.
+  [[nodiscard]] Nodal nodal_of(Rows rows) const;
+  [[nodiscard]] Rows rows_of(Nodal nodal) const;
 
   [[nodiscard]] Mat op() const override { return op_; }
   [[nodiscard]] Mat matrix() override;
@@ -82,6 +89,8 @@ class NetworkOperator final : public ScaledOperator {
     std::vector<double> junction;
   };
 
+  using ElementMatrix = std::array<std::array<double, 12>, 12>;
+
   void prepare_gather();
   void list_springs();
   void list_held();
@@ -89,10 +98,19 @@ class NetworkOperator final : public ScaledOperator {
   void multiply(std::span<const double> x, std::span<double> y);
   void gather(const double* displacement, const double* rotation) const;
   [[nodiscard]] std::size_t unknown(std::size_t local, std::size_t freedom) const;
+  template <class Visit>
+  void each_axes(const Visit& visit) const;
+  [[nodiscard]] const Axes& axes_at(const Placed& placed, std::size_t node) const;
+  [[nodiscard]] ElementMatrix in_own_axes(const Placed& placed, const ElementMatrix& matrix) const;
+  [[nodiscard]] std::array<double, 3> in_own_axes(const Spring& spring) const;
+  [[nodiscard]] Rows reordered(Nodal own) const;
+  [[nodiscard]] Nodal reordered_back(Rows rows) const;
+  [[nodiscard]] std::vector<double> turned(const double* points) const;
   [[nodiscard]] Sums no_sums() const;
   [[nodiscard]] double& sum_at(Sums& sums, const Placed& placed, std::size_t row) const;
   void add_up(Sums& sums) const;
-  [[nodiscard]] std::vector<double> forces(const double* displacement, const double* rotation) const;
+  [[nodiscard]] auto straining() const;
+  [[nodiscard]] Nodal forces(const double* displacement, const double* rotation) const;
   template <class Visit>
   void each_element(const Visit& visit) const;
   template <class Visit>
@@ -105,7 +123,8 @@ class NetworkOperator final : public ScaledOperator {
   petsc::Vector of_junctions_;        // six of each of `touched_`
   petsc::Handle<VecScatter, VecScatterDestroy> gather_;
   std::vector<Spring> springs_;
-  std::vector<std::pair<std::size_t, double>> held_;
+  std::vector<std::pair<std::size_t, double>> held_;  // rows
+  std::vector<std::size_t> held_places_;              // of them in nodal order
   petsc::Matrix op_;
   petsc::Matrix matrix_;
   std::unique_ptr<NetworkSolver> held_network_;  // by its masses

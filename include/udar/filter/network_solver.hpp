@@ -41,8 +41,8 @@ class NetworkSolver final : public ColumnSolver {
 
   /// @brief Solves for every column: displacement, force and stretch of the rank's points; `internal` as that of
   /// `NetworkOperator`. Columns go up to four at a time.
-  /// @note Collective: on several ranks two `MPI_Allgatherv` a batch, of three and of six numbers of each junction of
-  /// the interface and column
+  /// @note Collective: on several ranks two `MPI_Allgatherv` a batch, of three, with rotary inertia six, and of six
+  /// numbers of each junction of the interface and column
   void solve(std::span<const FilterColumn> columns) override { solve(columns, {}); }
   /// @param load besides, six forces and moments of each local junction [N, N m], one column after the other; empty:
   /// none; those of several ranks on one junction add up
@@ -56,6 +56,10 @@ class NetworkSolver final : public ColumnSolver {
 
  private:
   void number_junctions();
+  void find_axes();
+  [[nodiscard]] std::array<double, 3> turned(std::size_t i, const double* values) const;
+  [[nodiscard]] std::size_t turning_point(std::size_t node, std::size_t k) const;
+  void resolve_turning(const FilterColumn& column, std::size_t i, const double* beside) const;
   [[nodiscard]] std::vector<network::Block> member_blocks() const;
   void add_member(const std::array<std::array<long double, 12>, 12>& k, std::size_t number,
                   std::vector<network::Block>& blocks) const;
@@ -75,9 +79,10 @@ class NetworkSolver final : public ColumnSolver {
   double wf2_;
   NetworkInterface interface_;
   NetworkMembers members_;
-  std::vector<std::size_t> junctions_;     // local: of the network; those of the interface last
-  std::vector<std::size_t> local_;         // of a junction of the network: where it is in `junctions_`
-  std::vector<std::array<bool, 6>> held_;  // of local junctions
+  std::vector<std::size_t> junctions_;           // local: of the network; those of the interface last
+  std::vector<std::size_t> local_;               // of a junction of the network: where it is in `junctions_`
+  std::vector<std::array<bool, 6>> held_;        // of local junctions
+  std::vector<std::array<double, 3>> cut_axes_;  // along members at nodes where these are cut; with rotary inertia
   std::unique_ptr<network::JunctionSystem> system_;
   /// Displacements of local junctions, where `values_` has theirs, then of the nodes where members are cut.
   std::vector<double> places_;

@@ -17,8 +17,9 @@ namespace udar::io {
 /// @brief A field as files have it.
 struct FileField : FieldInfo {
   /// How its values follow from those of a snapshot's field: they are these; sums over a node's points of axis times
-  /// value; the same of how far they are from their places; whether there is any at a node.
-  enum class Form : std::uint8_t { given, vectors, displacement, any };
+  /// value; the same of how far they are from their places; of axes about which points turn; whether there is any at a
+  /// node.
+  enum class Form : std::uint8_t { given, vectors, displacement, rotation, any };
 
   std::size_t source = 0;  ///< which of the snapshot's fields
   Form form = Form::given;
@@ -54,7 +55,8 @@ class FileRows {
     return grouped() ? number_[node_[point]] : points_->number(point);
   }
   /// @brief What files have over time of a snapshot's fields. Of points that do not all move along y they have
-  /// displacements, vectors [m]; of nodes of several points these in place of positions.
+  /// displacements, vectors [m]; of nodes of several points these in place of positions. Where points turn there are
+  /// rotations [rad] and their rates besides.
   [[nodiscard]] std::vector<FileField> fields(std::span<const FieldInfo> shown) const;
   /// @name Values of such a field at this rank's nodes or cells @note Not collective.
   /// @{
@@ -68,6 +70,7 @@ class FileRows {
   std::vector<std::int64_t> number_;  ///< of each node if grouped
   std::vector<std::size_t> a_point_;
   bool upright_ = true;
+  bool turns_ = false;  ///< some point does
   PointOrder nodes_;
   PointOrder cells_;
 };

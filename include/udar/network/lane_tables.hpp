@@ -36,6 +36,17 @@ struct TableView {
 /// Of what lanes share.
 [[nodiscard]] TableView<double> view_of(const MemberTables& tables);
 
+/// @brief The same of torsion with rotary inertia.
+template <class Number>
+struct TurningView {
+  const std::array<Number, 2>* weights = nullptr;
+  const Number* releases = nullptr;
+  const Number* keeps = nullptr;
+  const typename Spacing<Number>::Element* elements = nullptr;
+  const typename Spacing<Number>::Node* nodes = nullptr;
+};
+[[nodiscard]] TurningView<double> turning_of(const MemberTables& tables);
+
 /// @brief `MemberTables` of unequal elements, of each lane its own.
 class LaneTables {
  public:
@@ -43,14 +54,22 @@ class LaneTables {
   explicit LaneTables(std::span<const MemberTables* const, kLanes> tables);
 
   [[nodiscard]] TableView<Lanes> view() const;
+  [[nodiscard]] TurningView<Lanes> turning() const;
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
+  /// `AxialTable` by lanes.
+  struct Rods {
+    std::vector<Lanes> releases;
+    std::vector<Lanes> keeps;
+    std::vector<std::array<Lanes, 2>> weights;
+  };
+  static void put(const AxialTable& own, std::size_t lane, Rods& all);
+
   std::array<std::vector<Gain<Lanes>>, 2> gains_;
   std::array<std::vector<std::array<Lanes, 4>>, 2> weights_;
-  std::vector<Lanes> releases_;
-  std::vector<Lanes> keeps_;
-  std::vector<std::array<Lanes, 2>> axial_weights_;
+  Rods axial_;
+  Rods turning_;
   Spacing<Lanes> spacing_;
 };
 

@@ -22,8 +22,9 @@ struct SpanLane {
 
 /// @brief A node where a member is cut, member axes.
 struct CutNode {
-  std::array<double, 3> load{};      ///< force over K [m]
-  std::array<double, 3> stretch{};   ///< [m]
+  /// Along the axes force over K [m], then moment about the first over K_t [rad].
+  std::array<double, 4> load{};
+  std::array<double, 4> stretch{};   ///< [m], [rad]
   std::array<double, 3> rotation{};  ///< about the axes [rad]
 };
 
@@ -63,7 +64,7 @@ class MemberJoints {
     [[nodiscard]] Pair behind_node(const Pair& before, double load, double kink) const;
     [[nodiscard]] Pair behind_span(const Pair& before, const Pair& first, const Pair& second) const;
   };
-  struct AxialStep {
+  struct RodStep {
     double hold = 1.0;
     double give = 0.0;
     double inform = 0.0;
@@ -83,19 +84,33 @@ class MemberJoints {
 
   void place_nodes();
   void factor_plane(std::size_t plane, std::span<const MemberTables* const> spans);
-  void factor_axial(std::span<const MemberTables* const> spans);
+  /// Along the axis, or about it with rotary inertia: where its numbers are.
+  struct Rod {
+    std::array<Lanes, 2> Condensed::* shown;
+    Lanes Bounds::* start;
+    Lanes Bounds::* reaction;
+    const AxialTable& (MemberTables::*table)() const;
+    std::size_t number;  // of those of a node
+    std::vector<RodStep> MemberJoints::* steps;
+  };
+  static const Rod kAlong;
+  static const Rod kAbout;
+
+  void factor_rod(const Rod& rod, long double joint, std::span<const MemberTables* const> spans);
   void condense_plane(std::size_t plane, Spans spans, std::span<const CutNode> nodes, Condensed& member,
                       std::size_t lane) const;
-  void condense_axial(Spans spans, std::span<const CutNode> nodes, Condensed& member, std::size_t lane) const;
+  void condense_rod(const Rod& rod, Spans spans, std::span<const CutNode> nodes, Condensed& member,
+                    std::size_t lane) const;
   void resolve_plane(std::size_t plane, Spans spans, std::span<CutNode> nodes, const Bounds& member,
                      std::size_t lane) const;
-  void resolve_axial(Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const;
+  void resolve_rod(const Rod& rod, Spans spans, std::span<CutNode> nodes, const Bounds& member, std::size_t lane) const;
 
   const MemberTables* ends_;
   MemberCut cut_;
   std::vector<Node> nodes_;  // by span
   std::array<std::vector<Step>, 2> steps_;
-  std::vector<AxialStep> axial_;
+  std::vector<RodStep> axial_;
+  std::vector<RodStep> turning_;
 };
 
 }  // namespace udar::network

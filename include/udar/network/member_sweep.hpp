@@ -35,20 +35,27 @@ struct Placement {
 struct Sweep {
   Triple<const double> displacement;  ///< of the inner nodes' masses [m]
   Triple<const double> force;         ///< on them [N]; null: none
-  /// Of the junctions by slot, global axes: displacement of the mass x, y, z [m], `pitch` numbers from one to the next.
+  /// Of the junctions by slot, global axes: displacement of the mass x, y, z [m], with rotary inertia its rotation
+  /// [rad]; `pitch` numbers from one to the next.
   const double* place = nullptr;
   /// Of the junctions by slot, global axes: three forces and moments [N, N m] added up by `condense`, three
-  /// displacements less those of the masses and rotations [m, rad] for `resolve`.
+  /// displacements and rotations less those of the masses [m, rad] for `resolve`.
   double* value = nullptr;
   std::size_t pitch = 0;
   Triple<double> stretch;   ///< of the inner nodes [m]
   Triple<double> rotation;  ///< of them, about global axes [rad]; null: not wanted
+  /// Of the inner nodes, about their member's axis: rotation of the masses [rad], without rotary inertia null, moment
+  /// on them [N m], null: none, and what the line is turned more [rad].
+  const double* angle = nullptr;
+  const double* torque = nullptr;
+  double* twist = nullptr;
 };
 
 /// What `condense` finds.
 struct Condensed {
   std::array<std::array<Lanes, 4>, 2> bending;  ///< l of both planes, of spans what `MemberTables` weights
   std::array<Lanes, 2> axial;
+  std::array<Lanes, 2> turning;
   std::array<std::array<Lanes, 2>, 2> rise;  ///< first and last difference of displacements in both planes
 };
 
@@ -63,6 +70,8 @@ struct Bounds {
   Lanes pull;
   Lanes twist;       ///< rotation about the axis at the first end [rad]
   Lanes twist_rise;  ///< and what each element adds
+  Lanes spin;        ///< with rotary inertia, in place of these, what that rotation is more than its mass's
+  Lanes torque;      ///< and the moment at the second end over K_t
 };
 
 /// @brief What masses and forces of a pack's inner nodes show at its ends, seen from masses that stand still.
@@ -77,5 +86,16 @@ void find_bounds(const MemberTables& tables, const Placement& pack, const Sweep&
 
 /// @brief Solves inside a pack.
 void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds);
+
+/// @name The same of rotations about the axis with rotary inertia, each after its counterpart.
+/// @{
+void condense_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
+/// @brief Between `condense` and `push_junctions`, of what ends at junctions: rotations there count from the masses'.
+void turn_ends(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
+void push_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
+void find_turning_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+                         const Condensed& condensed, Bounds& bounds);
+void resolve_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds);
+/// @}
 
 }  // namespace udar::network

@@ -76,10 +76,14 @@ class MemberTables {
  public:
   /// A member between junctions, what of it is seen at the ends alone, or a span of a member: those have rigid joints.
   enum class Part : std::uint8_t { whole, ends, span };
+  struct Options {
+    Part part = Part::whole;
+    bool rotary = false;  ///< whether nodes have inertia against torsion
+  };
 
   /// @param kind of a span of unequal elements with the `element_length` of the whole @param filter_frequency wf
   /// [rad/s]
-  MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, Part part = Part::whole);
+  MemberTables(const MemberSection& section, const MemberKind& kind, double filter_frequency, const Options& options);
 
   [[nodiscard]] const MemberKind& kind() const noexcept { return kind_; }
   [[nodiscard]] std::size_t inner() const noexcept { return kind_.elements - 1; }
@@ -91,6 +95,10 @@ class MemberTables {
   [[nodiscard]] const BendingTable& bending(std::size_t plane) const { return bending_[plane]; }
   [[nodiscard]] const AxialTable& axial() const noexcept { return axial_; }
   [[nodiscard]] double torsion() const noexcept { return torsion_; }  ///< between the ends [N m/rad]
+  /// About the axis with rotary inertia: states are angles, moments over K_t = wf^2 J of an inner node; else empty.
+  [[nodiscard]] const AxialTable& turning() const noexcept { return turning_; }
+  [[nodiscard]] double turning_stiffness() const noexcept { return turning_stiffness_; }  ///< K_t [N m/rad], 0: none
+  [[nodiscard]] bool rotary() const noexcept { return turning_stiffness_ > 0.0; }
   /// Rotation about the axis that inner nodes have of the first end's and of the second's, and of their difference with
   /// each element from the first.
   struct Twist {
@@ -109,6 +117,8 @@ class MemberTables {
   Spacing<double> spacing_;
   std::array<BendingTable, 2> bending_;
   AxialTable axial_;
+  AxialTable turning_;
+  double turning_stiffness_ = 0.0;
   double torsion_ = 0.0;
   Twist twist_;
 };

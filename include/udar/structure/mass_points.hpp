@@ -127,6 +127,9 @@ class MassPoints {
   /// Along which a local point moves, a unit vector; zero: nowhere. Of structures with one component. Not that of its
   /// unknown where its node has a frame.
   [[nodiscard]] virtual Place axis(std::size_t point) const;
+  /// About which a local point turns that moves nowhere, a unit vector: its place is an angle [rad], its mass an
+  /// inertia [kg m^2]; zero: about none.
+  [[nodiscard]] virtual Place turning(std::size_t /*point*/) const { return {}; }
   /// The other two points of a node of three, none of others.
   [[nodiscard]] virtual std::optional<std::array<std::size_t, 2>> beside(std::size_t /*point*/) const { return {}; }
   /// Nodes whose axes are their own.
@@ -182,6 +185,7 @@ struct PointTable {
   std::vector<Direction> direction{};  ///< of one component; empty: all along y
   std::size_t nodes = 0;               ///< points are so many nodes' along y, then along x, then along z; 0: no nodes
   std::vector<NodeFrame> frames{};     ///< of nodes whose points move along axes of their own
+  std::vector<Place> turning{};        ///< axes of the last points, which turn
 };
 
 /// @brief Points anywhere, in any order.
@@ -206,6 +210,10 @@ class PlacedPoints final : public MassPoints {
   [[nodiscard]] PointRows section(double x, const Region& region, const Facing& facing) const override;
   [[nodiscard]] std::vector<PointShare> height_of(PetscInt point) const override;
   [[nodiscard]] Place axis(std::size_t point) const override;
+  [[nodiscard]] Place turning(std::size_t point) const override {
+    const std::size_t first = points() - turning_.size();
+    return point < first ? Place{} : turning_[point - first];
+  }
   [[nodiscard]] std::optional<std::array<std::size_t, 2>> beside(std::size_t point) const override;
   [[nodiscard]] std::span<const NodeFrame> frames() const override { return frames_; }
 
@@ -224,6 +232,7 @@ class PlacedPoints final : public MassPoints {
   std::vector<Direction> direction_;
   std::size_t nodes_ = 0;
   std::vector<NodeFrame> frames_;
+  std::vector<Place> turning_;       // of the last points
   std::vector<std::size_t> framed_;  // of a point: 1 + 3 frame + axis, or 0; empty without frames
   std::vector<std::size_t> by_x_;    // local points that move anywhere, ascending by x, then by number
   Extent extent_;

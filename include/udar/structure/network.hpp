@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <span>
@@ -35,6 +36,8 @@ struct MemberSection {
   [[nodiscard]] double axial() const noexcept { return youngs_modulus * area; }     ///< EA [N]
   [[nodiscard]] double bending(std::size_t plane) const { return youngs_modulus * inertia.at(plane); }  ///< [N m^2]
   [[nodiscard]] double torsion() const noexcept { return shear_modulus * torsion_constant; }            ///< GJ [N m^2]
+  /// Rotary inertia about the axis, of unit length [kg m].
+  [[nodiscard]] double polar() const noexcept { return density * (inertia[0] + inertia[1]); }
   /// 1 / (k G A) [1/N].
   [[nodiscard]] double shear_compliance(std::size_t plane) const {
     const double k = shear_factor.at(plane);
@@ -90,10 +93,19 @@ struct NetworkParameters {
   std::vector<Member> members;
   std::vector<FacedPlane> planes{};
   NetworkPartition partition = NetworkPartition::metis;
+  bool rotary_inertia = false;  ///< whether nodes have inertia against the twist of their members
 };
 
 /// @brief The axes of a member: rows are unit vectors along x, y, z in global axes.
 using Axes = std::array<std::array<double, 3>, 3>;
+
+/// @brief The axes of a junction's rotations: the principal ones of its rotary inertia first, then those without.
+struct JunctionRotations {
+  Axes axes{};                      ///< rows are orthonormal; those that are held, along global axes, are the last
+  std::size_t count = 0;            ///< of those with inertia, none of them held
+  std::array<double, 3> inertia{};  ///< about these [kg m^2]
+  std::array<bool, 3> held{};       ///< of each axis
+};
 
 /// @brief Members that differ by place and direction alone.
 struct MemberKind {
@@ -128,13 +140,17 @@ struct RotationSpring {
 /// @brief Masses at the junctions and at the nodes of members, three scalar points each: all nodes along y first, then
 /// along x, then along z.
 ///
+/// With rotary inertia there are points that turn behind them (`MassPoints::turning`): of each junction about those
+/// principal axes about which members have inertia, then of each inner node about its member's axis. Their mass is
+/// rho I_p h [kg m^2], their place an angle [rad].
+///
 /// A node that faces an oblique plane has axes of its own, one of them the plane's normal, others those of planes at
 /// right angles to it (`MassPoints::frames`). The stiffness knows nothing of that.
 /// Nodes are numbered junctions first, then the inner nodes of each member from its first end to its second. A local
 /// node is a junction of this rank, or where a member is cut, or stands in a pack. An element's mass is halved between
-/// its ends; that of a member's end is at its junction, whatever the offset. Rotations have no mass. One that nothing
-/// resists couples to no force: it is held by a spring, that of a straight line of members about its own axis with a
-/// note. Source: docs/theory.md, "Networks"
+/// its ends; that of a member's end is at its junction, whatever the offset. Other rotations have no mass. One that
+/// nothing resists couples to no force: it is held by a spring, that of a straight line of members about its own axis
+/// with a note. Source: docs/theory.md, "Networks"
 class Network final : public Structure {
  public:
   /// Which block of the points is that along x, y, z.
@@ -201,14 +217,41 @@ class Network final : public Structure {
   /// Global point of a node along x, y, z: 0, 1, 2.
   [[nodiscard]] PetscInt point(const Node& node, std::size_t direction) const;
   /// Row of the stiffness: of displacements along x, y, z, 0, 1, 2, and of rotations about them, 3, 4, 5. Each rank's
-  /// rows are its points, then the rotations of all its nodes about y, then about x, then about z.
+  /// rows are its points, then the rotations of all its nodes about y, then about x, then about z. With rotary inertia
+  /// rotations are those about the axes of the node, and behind the points are by node those without inertia.
   [[nodiscard]] PetscInt row(const Node& node, std::size_t freedom) const;
+  /// The same of rows that are, on each rank, displacements of all its nodes along y, x, z, then rotations about them.
+  [[nodiscard]] PetscInt nodal_row(const Node& node, std::size_t freedom) const;
+
+  /// @name Of rotary inertia @{
+  [[nodiscard]] bool rotary() const noexcept { return parameters_.rotary_inertia; }
+  /// Axes of the rotations of a junction.
+  [[nodiscard]] const JunctionRotations& rotations(std::size_t junction) const { return turning_.rotations[junction]; }
+  /// Points of this rank that turn, those of its junctions first.
+  [[nodiscard]] std::size_t turning_points() const noexcept;
+  [[nodiscard]] std::size_t turning_points_of_junctions() const noexcept;
+  /// Where, among the rank's rows of rotations, is that of a node about axis 0, 1, 2 of its own; first those that are
+  /// points.
+  [[nodiscard]] std::size_t rotation_place(const Node& node, std::size_t axis) const;
+  /// visit(local, member, number) of all inner nodes of this rank's members, numbers counted from 1.
+  void each_inner_node(
+      const std::function<void(std::size_t local, std::size_t member, std::size_t number)>& visit) const;
+  /// @}
 
  private:
+  /// Rotary inertia of junctions; empty without.
+  struct Turning {
+    std::vector<JunctionRotations> rotations{};  // by junction
+    std::vector<std::size_t> first{};            // of each rank, in `before`
+    std::vector<std::size_t> before{};           // points at the rank's junctions before, at last of all of them
+  };
+
   void deal();
   void sort_members();
   void pack_members();
   void place_points();
+  void count_turning_points();
+  void add_turning_points(PointTable& table) const;
   [[nodiscard]] std::vector<NodeFrame> node_frames(std::span<const Place> places,
                                                    std::span<const std::size_t> fixed) const;
 
@@ -224,6 +267,7 @@ class Network final : public Structure {
   std::vector<std::size_t> own_junctions_;
   std::vector<std::size_t> junction_places_;  // of each junction, among its rank's
   std::vector<std::size_t> rank_nodes_;       // nodes of all ranks before, then of all
+  Turning turning_;
   std::size_t connected_parts_ = 1;
   std::vector<RotationSpring> rotation_springs_;
   std::vector<std::string> notes_;

@@ -171,10 +171,17 @@ class Standing {
   Numbers shift_{0.0, 0.0, 0.0};
 };
 
-NetworkParameters dealt_as(NetworkPartition partition, NetworkParameters network) {
-  network.partition = partition;
-  return network;
-}
+/// What is said of any network beside what it is.
+struct Treatment {
+  NetworkPartition partition = NetworkPartition::metis;
+  bool rotary_inertia = false;
+
+  [[nodiscard]] NetworkParameters of(NetworkParameters network) const {
+    network.partition = partition;
+    network.rotary_inertia = rotary_inertia;
+    return network;
+  }
+};
 
 }  // namespace
 
@@ -188,10 +195,13 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
   group.string("-network_groups", groups, "for a mesh: YAML with sections and what each physical group means");
   constexpr std::array kPartitions{Names<NetworkPartition>{"metis", NetworkPartition::metis},
                                    Names<NetworkPartition>{"contiguous", NetworkPartition::contiguous}};
-  NetworkPartition partition = NetworkPartition::metis;
+  Treatment treatment;
   const bool dealt = group.choice<NetworkPartition>(
-      "-network_partition", partition, kPartitions,
+      "-network_partition", treatment.partition, kPartitions,
       "how junctions are dealt to the ranks: by METIS, which cuts few members, or in their order");
+  const bool rotary = group.boolean("-rotary_inertia", treatment.rotary_inertia,
+                                    "nodes have the rotary inertia of their members about these, so that torsion "
+                                    "vibrates; else it has no mass and follows at rest");
   Generator generator;
   generator.read(group);
   Standing standing;
@@ -205,6 +215,11 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
     if (from_file || !groups.empty() || dealt || generator.keys() > 0 || standing.given()) {
       throw InputError{"options -network_* need -structure_type network"};
     }
+    if (rotary) {
+      throw InputError{
+          "option -rotary_inertia needs -structure_type network: other structures have what their masses "
+          "say, expected none"};
+    }
     return std::nullopt;
   }
   if (sources != 1) {
@@ -217,14 +232,14 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
     if (!groups.empty()) {
       throw InputError{"option -network_groups: '" + groups + "' is not allowed without -network_file, a mesh"};
     }
-    return dealt_as(partition, standing.of(generator.make()));
+    return treatment.of(standing.of(generator.make()));
   }
   if (generator.keys() > 0) {
     throw InputError{
         "option -network_file: '" + file +
         "' says all of its members, expected no other -network_* but -network_groups and -network_partition"};
   }
-  return dealt_as(partition, standing.of(io::read_network(comm, file, groups)));
+  return treatment.of(standing.of(io::read_network(comm, file, groups)));
 }
 
 }  // namespace udar::app
