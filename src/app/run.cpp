@@ -21,6 +21,7 @@
 #include "udar/app/echo.hpp"
 #include "udar/app/filter_choice.hpp"
 #include "udar/app/filter_warnings.hpp"
+#include "udar/app/memory_size.hpp"
 #include "udar/app/output_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/app/program.hpp"
@@ -39,7 +40,9 @@ namespace {
 Case asked_case(MPI_Comm comm, const std::optional<ContinuedRun>& continued) {
   static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
   UDAR_CALL(PetscMemorySetGetMaximumUsage());
-  Case input = resolve(comm, read_case(comm));
+  const CaseInput asked = read_case(comm);
+  refuse_large_memory(comm, asked);
+  Case input = resolve(comm, asked);
   if (continued) {
     input.restart.in_place = !continued->file.empty();
     input.restart.file = input.restart.in_place ? continued->file : input.restart.file;

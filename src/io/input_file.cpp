@@ -34,6 +34,9 @@ std::vector<std::string> places_of(const std::string& path, const std::string& b
 
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
+/// Of a file that anybody has made for udar; a device has no end.
+constexpr std::size_t kLongest = std::size_t{1} << 30U;
+
 struct Found {
   File file{nullptr, &std::fclose};
   std::string path;
@@ -69,6 +72,9 @@ std::string read_file(const std::string& path) {
   std::size_t count = 0;
   while ((count = std::fread(block.data(), 1, block.size(), found.file.get())) > 0) {
     text.append(block.data(), count);
+    if (text.size() > kLongest) {
+      throw Complaint{" cannot be read: it is longer than 1 GiB"};
+    }
   }
   if (std::ferror(found.file.get()) != 0) {
     throw Complaint{" cannot be read: " + std::generic_category().message(errno)};

@@ -21,9 +21,10 @@ namespace {
 /// One file; what it says of a mesh may be of one that another file is.
 class NetworkReader {
  public:
-  NetworkReader(MPI_Comm comm, const std::string& quantity, std::string path)
+  NetworkReader(MPI_Comm comm, const std::string& quantity, std::string path, AcceptSize accept)
       : comm_{comm},
         path_{std::move(path)},
+        accept_{std::move(accept)},
         document_{quantity + ": '" + path_ + "'", share_file(comm_, quantity, path_), "junctions: [...]"},
         root_{document_, document_.map(), "network"} {}
 
@@ -79,6 +80,18 @@ class NetworkReader {
     for (std::size_t i = 0; i < members.size(); ++i) {
       fill(members[i], of_members[i]);
       settle(network_.members[i], members[i], marks_[i]);
+    }
+    accept_size();
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      if (members[i].grading) {
+        network_.members[i].spacing = graded_spacing(network_.members[i].elements, members[i].grading->value);
+      }
+    }
+  }
+
+  void accept_size() const {
+    if (accept_) {
+      accept_(network_);
     }
   }
 
@@ -153,10 +166,13 @@ class NetworkReader {
       thing.miss("elements, element_length [m] or element_lengths [m], neither by itself nor by a group");
     }
     const auto& [elements, length, lengths] = keys.division->value;
+    constexpr double kMost = 1e9;
+    if (static_cast<double>(elements) > kMost) {
+      thing.refuse(keys.division->mark, "elements: more than 1e9 are not allowed");
+    }
     member.elements = elements;
     if (length > 0.0) {
       constexpr double kWhole = 1e-9;  // of an element: decimal fractions that rounding has touched
-      constexpr double kMost = 1e9;
       const double parts = length_of(member) / length;
       if (!(parts < kMost)) {
         thing.refuse(keys.division->mark, "element_length: it makes more than 1e9 elements");
@@ -166,11 +182,8 @@ class NetworkReader {
       require_whole(member, lengths, keys.division->mark, thing);
       member.spacing = lengths;
     }
-    if (keys.grading) {
-      if (length > 0.0 || !lengths.empty() || elements < 2) {
-        thing.refuse(keys.grading->mark, "grading needs elements, a whole number >= 2");
-      }
-      member.spacing = graded_spacing(elements, keys.grading->value);
+    if (keys.grading && (length > 0.0 || !lengths.empty() || elements < 2)) {
+      thing.refuse(keys.grading->mark, "grading needs elements, a whole number >= 2");
     }
   }
 
@@ -301,10 +314,12 @@ class NetworkReader {
       member.spacing = run.lengths;
       apply(member, *groups.curves[run.group]);
     }
+    accept_size();
   }
 
   MPI_Comm comm_;
   std::string path_;
+  AcceptSize accept_;
   petsc::YamlDocument document_;
   YamlThing root_;
   NetworkParameters network_;
@@ -316,14 +331,15 @@ class NetworkReader {
 
 }  // namespace
 
-NetworkParameters read_network(MPI_Comm comm, const std::string& file, const std::string& groups) {
+NetworkParameters read_network(MPI_Comm comm, const std::string& file, const std::string& groups,
+                               const AcceptSize& accept) {
   const auto ends_in = [&](const char* end) { return file.ends_with(end); };
   if (ends_in(".msh")) {
     if (groups.empty()) {
       throw InputError{"network groups: the mesh '" + file +
                        "' needs them, a YAML file with sections and what each physical group means"};
     }
-    return NetworkReader{comm, "network groups", groups}.read(file);
+    return NetworkReader{comm, "network groups", groups, accept}.read(file);
   }
   if (!ends_in(".yaml") && !ends_in(".yml")) {
     throw InputError{"network file: '" + file + "' is not allowed, expected a name that ends in .yaml, .yml or .msh"};
@@ -332,7 +348,7 @@ NetworkParameters read_network(MPI_Comm comm, const std::string& file, const std
     throw InputError{"network groups: '" + groups + "' is not allowed with '" + file +
                      "', expected it with a mesh, whose name ends in .msh"};
   }
-  return NetworkReader{comm, "network file", file}.read("");
+  return NetworkReader{comm, "network file", file, accept}.read("");
 }
 
 }  // namespace udar::io

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -39,9 +38,15 @@ std::string shared_file(const std::string& path) {
     std::ifstream file{path, std::ios::binary};
     const bool empty = file.peek() == std::ifstream::traits_type::eof();  // opening a folder succeeds, reading does not
     if (file.is_open() && errno == 0 && !empty) {
-      text.assign(std::istreambuf_iterator<char>{file}, {});
+      constexpr std::size_t kLongest = std::size_t{1} << 24U;  // a device has no end
+      text.resize(kLongest + 1);
+      file.read(text.data(), static_cast<std::streamsize>(text.size()));
+      text.resize(static_cast<std::size_t>(file.gcount()));
+      if (text.size() > kLongest) {
+        failure = "option -options_file: cannot read '" + path + "': it is longer than 16 MiB";
+      }
     }
-    if (!file.is_open() || errno != 0) {
+    if (failure.empty() && (!file.is_open() || errno != 0)) {
       failure = "option -options_file: cannot read '" + path + "': " + std::strerror(errno != 0 ? errno : EIO);
     }
   }

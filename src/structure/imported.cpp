@@ -126,8 +126,8 @@ double sum_of(MPI_Comm comm, Vec vector) {
 ImportedStructure::ImportedStructure(MPI_Comm comm, const ImportParameters& parameters) : comm_{comm} {
   const std::string of_stiffness = "structure stiffness";
   const std::string of_mass = "structure mass";
-  const petsc::Matrix stiffness = read_matrix(comm, of_stiffness, parameters.stiffness);
-  const petsc::Matrix mass = read_matrix(comm, of_mass, parameters.mass);
+  const petsc::Matrix stiffness = read_matrix(comm, of_stiffness, parameters.stiffness, parameters.most_unknowns);
+  const petsc::Matrix mass = read_matrix(comm, of_mass, parameters.mass, parameters.most_unknowns);
   require_square(of_stiffness, stiffness);
   require_square(of_mass, mass);
   unknowns_ = size_of(stiffness)[0];

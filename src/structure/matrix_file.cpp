@@ -8,8 +8,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iomanip>
+#include <iterator>
+#include <limits>
 #include <memory>
+#include <sstream>
+#include <string_view>
 #include <type_traits>
 
 #include "structure/cholmod_session.hpp"
@@ -37,6 +42,28 @@ bool read_header(std::ifstream& file, std::array<PetscInt, Count>& header) {
   return true;
 }
 
+/// Lengths of rows and numbers of columns, which PETSc's reader takes as they are.
+std::string fault_of_numbers(std::ifstream& file, PetscInt rows, PetscInt columns, PetscInt nonzeros) {
+  std::array<PetscInt, 1> number{};
+  std::uintmax_t sum = 0;
+  for (PetscInt row = 0; row < rows; ++row) {
+    if (!read_header(file, number) || number[0] < 0 || number[0] > columns) {
+      return "is damaged: row " + std::to_string(row) + " has " + std::to_string(number[0]) + " entries";
+    }
+    sum += static_cast<std::uintmax_t>(number[0]);
+  }
+  if (sum != static_cast<std::uintmax_t>(nonzeros)) {
+    return "is damaged: its rows have " + std::to_string(sum) + " entries, its header announces " +
+           std::to_string(nonzeros);
+  }
+  for (PetscInt entry = 0; entry < nonzeros; ++entry) {
+    if (!read_header(file, number) || number[0] < 0 || number[0] >= columns) {
+      return "is damaged: an entry stands in column " + std::to_string(number[0]) + " of " + std::to_string(columns);
+    }
+  }
+  return {};
+}
+
 /// What is wrong with a PETSc binary file, whose own reader would leave the other ranks waiting; empty: nothing.
 std::string fault_of_binary(const std::string& path) {
   std::ifstream file{path, std::ios::binary};
@@ -52,27 +79,55 @@ std::string fault_of_binary(const std::string& path) {
     return "is not a sparse matrix in PETSc's binary form with " + std::to_string(8 * sizeof(PetscInt)) +
            "-bit integers (of Matrix Market the name ends in .mtx)";
   }
-  const auto expected = static_cast<std::uintmax_t>(4 + rows + nonzeros) * sizeof(PetscInt) +
-                        static_cast<std::uintmax_t>(nonzeros) * sizeof(double);
+  const auto numbers = header.size() + static_cast<std::uintmax_t>(rows) + static_cast<std::uintmax_t>(nonzeros);
+  const auto expected = numbers * sizeof(PetscInt) + static_cast<std::uintmax_t>(nonzeros) * sizeof(double);
   const std::uintmax_t size = std::filesystem::file_size(path);
   return size < expected ? "ends early: " + std::to_string(size) + " bytes of " + std::to_string(expected)
-                         : std::string{};
+                         : fault_of_numbers(file, rows, columns, nonzeros);
 }
 
-/// What Matrix Market's first line must say.
-std::string fault_of_banner(const std::string& path) {
+/// What the sizes that stand before the entries cannot be: SuiteSparse and PETSc take memory for them at once.
+std::string fault_of_sizes(std::ifstream& file, const std::string& path) {
+  std::string line;
+  while (std::getline(file, line) && (line.starts_with('%') || line.find_first_not_of(" \t\r") == std::string::npos)) {
+  }
+  std::istringstream words{line};
+  std::array<double, 3> sizes{};  // rows, columns, entries
+  if (!(words >> sizes[0] >> sizes[1] >> sizes[2])) {
+    return "has no sizes before its entries: rows, columns, number of entries";
+  }
+  constexpr auto kCountable = static_cast<double>(std::numeric_limits<PetscInt>::max());
+  constexpr double kShortest = 6.0;  // "1 1 1" and the end of the line [bytes]
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+  for (const double size : sizes) {
+    if (!(size >= 0.0 && size <= kCountable)) {
+      return "has sizes that are not counted: '" + line + "'";
+    }
+  }
+  if (kShortest * sizes[2] > bytes + 1.0) {
+    return "ends early: it announces " + line.substr(line.find_last_of(" \t") + 1) + " entries";
+  }
+  return {};
+}
+
+/// What is wrong with Matrix Market's first line, or the sizes.
+std::string fault_of_head(const std::string& path) {
   std::ifstream file{path};
   std::string line;
   if (!file || !std::getline(file, line)) {
     return "cannot be read";
   }
   std::ranges::transform(line, line.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto has = [&](const char* word) { return line.find(word) != std::string::npos; };
-  if (!has("%%matrixmarket") || !has("coordinate") || !(has("real") || has("integer")) || has("skew") ||
-      !(has("general") || has("symmetric"))) {
+  std::istringstream text{line};
+  const std::vector<std::string> words{std::istream_iterator<std::string>{text}, {}};
+  const auto is = [&](std::size_t i, std::initializer_list<const char*> any) {
+    return i < words.size() && std::ranges::find(any, words[i]) != any.end();
+  };
+  if (!is(0, {"%%matrixmarket"}) || !is(1, {"matrix"}) || !is(2, {"coordinate"}) || !is(3, {"real", "integer"}) ||
+      !is(4, {"general", "symmetric"})) {
     return "is not a Matrix Market file of a coordinate real general or symmetric matrix";
   }
-  return {};
+  return fault_of_sizes(file, path);
 }
 
 struct MarketMatrix {
@@ -83,7 +138,7 @@ struct MarketMatrix {
 
 /// @return what is wrong with the file; empty: nothing
 std::string read_market(const std::string& path, MarketMatrix& matrix) {
-  if (std::string fault = fault_of_banner(path); !fault.empty()) {
+  if (std::string fault = fault_of_head(path); !fault.empty()) {
     return fault;
   }
   CholmodSession session;
@@ -211,7 +266,7 @@ petsc::Matrix matrix_of(MPI_Comm comm, PetscInt rows, PetscInt columns, const st
   return matrix;
 }
 
-petsc::Matrix read_matrix(MPI_Comm comm, const std::string& quantity, const std::string& path) {
+petsc::Matrix read_matrix(MPI_Comm comm, const std::string& quantity, const std::string& path, PetscInt most_rows) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   const bool market = is_matrix_market(path);
@@ -219,6 +274,10 @@ petsc::Matrix read_matrix(MPI_Comm comm, const std::string& quantity, const std:
   std::string fault;
   if (rank == 0) {
     fault = market ? read_market(path, read) : fault_of_binary(path);
+    if (fault.empty() && std::max(read.rows, read.columns) > most_rows) {
+      fault = "has " + std::to_string(std::max(read.rows, read.columns)) + " rows or columns, expected at most " +
+              std::to_string(most_rows) + ", for which there is memory";
+    }
   }
   const std::string name = quantity + ": '" + path + "' ";
   throw_together<FileError>(comm, fault.empty() ? fault : name + fault);

@@ -325,6 +325,20 @@ REFUSED = {
         {"output_field_interval": 1e-6, "beam_elements": 20000},
         ["-output_field_interval", "1e-06", "GB", "-output_allow_large"],
     ),
+    "elements_beyond_memory": (
+        {"beam_elements": 1000000000},
+        ["-beam_elements", "1000000000", "at least 460 GB of memory", "the machines have", "-structure_memory"],
+    ),
+    "elements_beyond_the_memory_allowed": (
+        {"beam_elements": 3000000, "structure_memory": 1e9},
+        ["-beam_elements", "3000000", "at least 1.38 GB", "-structure_memory allows 1 GB"],
+    ),
+    "window_beyond_the_memory_allowed": (
+        {"output_force_window": 1, "output_interval": 1e-6, "structure_memory": 1e6},
+        ["-output_force_window", "GB of memory", "-structure_memory allows 0.001 GB"],
+    ),
+    "case_file_without_end": ({"options_file": "/dev/zero"}, ["-options_file", "/dev/zero", "longer than 16 MiB"]),
+    "negative_memory": ({"structure_memory": -1}, ["-structure_memory", "-1", ">= 0", "[B]"]),
     "negative_interval": ({"output_interval": -0.01}, ["-output_interval", "-0.01", "[s]"]),
     "text_for_time": ({"ts_max_time": "soon"}, ["-ts_max_time", "soon"]),
     "negative_time": ({"ts_max_time": -1}, ["-ts_max_time", "-1", "[s]"]),

@@ -1012,6 +1012,7 @@ def changes_at_a_restart(folder):
         {"gauge_position": 3}, {"output_interval": 0.02}, {"output_field_interval": 0.03}, {"output_force_window": 0.5},
         {"output_allow_large": True}, {"output_overwrite": True}, {"restart_interval": 0.5}, {"udar_view": True},
         {"restart_wall_minutes": 1}, {"wall_limit": 100}, {"udar_guard": "stop"},
+        {"structure_memory": 1e12},
         {"ts_rtol": 1e-9}, {"ts_atol": 1e-9}, {"ts_dt": 1e-3},
     )
     ground = ({"floor": True, "floor_height": -1}, {"ground_profile": path["ground"]})

@@ -64,7 +64,8 @@ struct BeamInput {
 struct StructureInput {
   std::optional<ImportParameters> imported;
   std::optional<NetworkParameters> network;
-  std::string write;  ///< where a beam's own matrices go, the beginning of the names of files; empty: nowhere
+  double memory = 0.0;  ///< that a run may take by estimate, over all ranks [bytes]; 0: what the machines have
+  std::string write;    ///< where a beam's own matrices go, the beginning of the names of files; empty: nowhere
 
   [[nodiscard]] bool beam() const noexcept { return !imported && !network; }
 };

@@ -5,6 +5,7 @@
 #include <petscmat.h>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -25,6 +26,7 @@ struct ImportParameters {
   std::string stiffness;  ///< file, see `read_matrix`; [N/m] of displacements
   std::string mass;       ///< file; [kg] of displacements
   Lumping lumping = Lumping::row;
+  PetscInt most_unknowns = std::numeric_limits<PetscInt>::max();  ///< for which there is memory
   std::vector<Place> places{};          ///< of each unknown, equal on every rank; empty: x is its number
   std::vector<Direction> directions{};  ///< the same, which way it moves; empty: all along y
 };

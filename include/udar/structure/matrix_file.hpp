@@ -4,6 +4,7 @@
 
 #include <petscmat.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,12 @@ namespace udar {
 /// Of a symmetric one either both triangles or one of them may be stored; both are returned. Rows are dealt to the
 /// ranks as PETSc deals them. Matrix Market is read by rank 0, through SuiteSparse.
 /// @param[in] quantity what the matrix is, for messages ("structure stiffness")
+/// @param[in] most_rows and columns for which there is memory: a small Matrix Market file may announce any number
 /// @note Collective.
 /// @throws FileError on all ranks, naming quantity and file, if it cannot be read, ends early, is of another kind, or
 /// holds something else than finite numbers
-[[nodiscard]] petsc::Matrix read_matrix(MPI_Comm comm, const std::string& quantity, const std::string& path);
+[[nodiscard]] petsc::Matrix read_matrix(MPI_Comm comm, const std::string& quantity, const std::string& path,
+                                        PetscInt most_rows = std::numeric_limits<PetscInt>::max());
 
 /// @brief Writes a symmetric matrix: Matrix Market, 17 digits of the lower triangle, if the name ends in .mtx, else
 /// PETSc binary with both triangles.

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "app/input/readers.hpp"
+#include "udar/app/memory_size.hpp"
 #include "udar/io/network_file.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
@@ -50,7 +51,7 @@ class Generator {
   [[nodiscard]] bool grillage() const noexcept { return !grillage_.empty(); }
   [[nodiscard]] bool lattice() const noexcept { return !lattice_.empty(); }
 
-  [[nodiscard]] NetworkParameters make() const {
+  [[nodiscard]] NetworkParameters make(MPI_Comm comm, double memory) const {
     const char* const key = grillage() ? "-network_grillage" : "-network_lattice";
     const std::vector<PetscInt> counts =
         petsc::one_per(key, grillage() ? grillage_ : lattice_, grillage() ? 2 : 3, "one along each axis");
@@ -65,6 +66,7 @@ class Generator {
     regular.grading = grading_;
     regular.section = section_;
     require_countable(key, regular);
+    refuse_large_memory(comm, key_and(key, counts), size_of(regular), memory);
     return regular_network(regular);
   }
 
@@ -122,6 +124,26 @@ class Generator {
                                      "for grillage and lattice: bending alone, or bending and shear (kGA)"));
     section_.shear_modulus = section_.youngs_modulus / (2.0 * (1.0 + poisson));
     give_shape(section_, shape, theory == MemberTheory::timoshenko);
+  }
+
+  static std::string key_and(const char* key, const std::vector<PetscInt>& counts) {
+    std::string text = std::string{"option "} + key + ": ";
+    for (const PetscInt count : counts) {
+      text += (text.ends_with(' ') ? "" : ",") + std::to_string(count);
+    }
+    return text;
+  }
+
+  static ModelSize size_of(const RegularNetwork& regular) {
+    ModelSize size{.junctions = 1.0};
+    for (const std::size_t count : regular.junctions) {
+      size.junctions *= static_cast<double>(count);
+    }
+    for (const std::size_t count : regular.junctions) {
+      size.members += size.junctions * (1.0 - 1.0 / static_cast<double>(count));
+    }
+    size.inner_nodes = size.members * (static_cast<double>(regular.elements) - 1.0);
+    return size;
   }
 
   /// Three unknowns a node are counted in PETSc's integers.
@@ -185,7 +207,7 @@ struct Treatment {
 
 }  // namespace
 
-std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
+std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked, double memory) {
   OptionGroup group{comm, "Network of members, for -structure_type network: from a file, or a regular one"};
   std::string file;
   std::string groups;
@@ -232,14 +254,16 @@ std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked) {
     if (!groups.empty()) {
       throw InputError{"option -network_groups: '" + groups + "' is not allowed without -network_file, a mesh"};
     }
-    return treatment.of(standing.of(generator.make()));
+    return treatment.of(standing.of(generator.make(comm, memory)));
   }
   if (generator.keys() > 0) {
     throw InputError{
         "option -network_file: '" + file +
         "' says all of its members, expected no other -network_* but -network_groups and -network_partition"};
   }
-  return treatment.of(standing.of(io::read_network(comm, file, groups)));
+  return treatment.of(standing.of(io::read_network(comm, file, groups, [&](const NetworkParameters& read) {
+    refuse_large_network(comm, "option -network_file: '" + file + "'", read, memory);
+  })));
 }
 
 }  // namespace udar::app

@@ -50,7 +50,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @{
 [[nodiscard]] StructureInput read_structure(MPI_Comm comm);
 /// @param asked whether there must be a network; else none of its options may be given
-[[nodiscard]] std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked);
+/// @param memory that it may ask for, see `refuse_large_memory`
+[[nodiscard]] std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked, double memory);
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
 /// @param network whose nodes boxes are beside
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network);

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/input/readers.hpp"
+#include "udar/app/memory_size.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -62,12 +63,15 @@ StructureInput read_structure(MPI_Comm comm) {
   group.string("-structure_write", input.write,
                "for a beam: writes its matrices in displacements and rotations to files that begin so: -stiffness.mtx, "
                "-mass.mtx, -points.csv");
+  group.real("-structure_memory", input.memory, "B", petsc::non_negative_or_infinite(),
+             "memory of all ranks that a run may take by estimate before it is refused; 0: what the machines have "
+             "available; inf: any");
   if (kind != Kind::imported && (stiffness_given || mass_given || points_given || lumping_given)) {
     throw InputError{
         "options -structure_stiffness, -structure_mass, -structure_points and -structure_lumping need "
         "-structure_type import"};
   }
-  input.network = read_network(comm, kind == Kind::network);
+  input.network = read_network(comm, kind == Kind::network, input.memory);
   if (kind == Kind::beam) {
     return input;
   }
@@ -84,6 +88,7 @@ StructureInput read_structure(MPI_Comm comm) {
   if (import.stiffness.empty() || import.mass.empty()) {
     throw InputError{"option -structure_type: import needs -structure_stiffness and -structure_mass"};
   }
+  import.most_unknowns = most_unknowns(comm, input.memory);
   if (!points.empty()) {
     read_points(comm, points, import);
   }
