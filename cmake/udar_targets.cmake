@@ -17,6 +17,11 @@ function(udar_own_code target)
   if(UDAR_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${UDAR_SANITIZE} -fno-sanitize-recover=all
                                              -fno-omit-frame-pointer)
+    if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+      # It takes a reference to a vector of numbers that may stand anywhere for one to an aligned vector, and reports
+      # it, as in network/junction_system.cpp.
+      target_compile_options(${target} PRIVATE -fno-sanitize=alignment)
+    endif()
     target_link_options(${target} PRIVATE -fsanitize=${UDAR_SANITIZE})
   else()
     target_link_options(${target} PRIVATE LINKER:--no-undefined)

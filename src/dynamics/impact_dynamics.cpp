@@ -69,13 +69,30 @@ void save_contact(const ContactState& contact, std::size_t nodes, MotionState& s
   saved.tables["support_impulse"] = contact.support_impulses();
 }
 
-void restore_contact(const MotionState& state, std::size_t nodes, ContactState& contact) {
+/// Refuses masses that rest where they cannot, or on springs. @note Collective.
+void require_supports_to_rest_on(MPI_Comm comm, const ContactState& contact, std::span<const double> resting) {
+  std::string failure;
+  for (std::size_t node = 0; node < resting.size() && failure.empty(); ++node) {
+    const auto holds = [&](const ContactSet& set) {
+      return set.support + 1 == static_cast<PetscInt>(resting[node]) && node >= set.first && node < set.last &&
+             !set.elastic();
+    };
+    if (resting[node] != 0.0 && std::ranges::none_of(contact.sets(), holds)) {
+      failure = "restart file: a mass rests on support " + std::to_string(static_cast<PetscInt>(resting[node]) - 1) +
+                " (counted from 0), which does not hold it";
+    }
+  }
+  throw_together<InputError>(comm, failure);
+}
+
+void restore_contact(MPI_Comm comm, const MotionState& state, std::size_t nodes, ContactState& contact) {
   const auto count = [&](const char* name) { return static_cast<PetscInt>(state.scalar(name)); };
   const auto impulses = state.tables.find("support_impulse");
   if (impulses == state.tables.end() || impulses->second.size() != contact.supports().size()) {
     throw InputError{"restart file: it was written with another number of supports"};
   }
   const std::vector<double>& resting = state.field("resting_on", nodes);
+  require_supports_to_rest_on(comm, contact, resting);
   ContactCounts counts;
   counts.impacts = count("impacts");
   counts.rests = count("rests");
@@ -519,6 +536,8 @@ void ImpactDynamics::take_over() {
 }
 
 void ImpactDynamics::restore(const MotionState& state) {
+  const MPI_Comm comm = model_->structure->points().comm();
+  state.require_sound(comm, contact_.supports().size());
   {
     const WriteArray now{state_};
     std::ranges::copy(state.field("mass_position", count()), now.values());
@@ -529,7 +548,7 @@ void ImpactDynamics::restore(const MotionState& state) {
   wanted_step_ = state.scalar("wanted_step");
   steps_ = static_cast<PetscInt>(state.scalar("steps"));
   balance_.restore(state);
-  restore_contact(state, count(), contact_);
+  restore_contact(comm, state, count(), contact_);
   UDAR_CALL(TSSetTime(stepping_.ts, time_));
   if (stepping_.goes_on_from(state.integrator)) {
     stepping_.integrator->restore(state);

@@ -415,7 +415,7 @@ void LocatedSteps::restore(const MotionState& state) {
   if (!motion_.plain()) {
     motion_.touches().restore(count_, state);
   }
-  LineState line = saved_line(state, count_);
+  LineState line = saved_line(state, *equations_, count_);
   if (line_contact_) {
     line_contact_->restore(state, count_, line);
   }

@@ -147,7 +147,12 @@ class Chebyshev final : public ProblemIntegrator {
     }
   }
   void restore(const MotionState& state) override {
-    take_up(saved_line(state, count_));
+    LineState line = saved_line(state, *equations_, count_);
+    if (line.amplitude.size() != equations_->line().corrected_modes().size() ||
+        (points_ && line.contact_force.size() != equations_->line_contact()->points().size())) {
+      throw InputError{"restart file: the line's amplitudes or contact forces are missing"};
+    }
+    take_up(line);
     if (points_) {
       points_->restore(state);
     }

@@ -300,7 +300,7 @@ LineMesh read_gmsh(MPI_Comm comm, const std::string& quantity, const std::string
   if (rank == 0) {
     try {
       const std::string found = find_file(path, beside.empty() ? beside : find_file(beside));
-      if (const std::string fault = fault_of_nodes(read_file(found)); !fault.empty()) {
+      if (const std::string fault = fault_of_mesh(read_file(found)); !fault.empty()) {
         throw Complaint{": " + fault};
       }
       mesh = MeshReader{found}.take();

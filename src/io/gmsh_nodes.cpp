@@ -1,119 +1,274 @@
 #include "io/gmsh_nodes.hpp"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <cstddef>
-#include <sstream>
+#include <limits>
+#include <string_view>
 #include <unordered_set>
+#include <utility>
+
+#include "io/input_file.hpp"
+#include "io/text_fields.hpp"
 
 namespace udar::io {
 namespace {
 
-/// The lines of a file, section by section. Whatever is not as it should be ends the reading: PETSc says what.
+/// Numbers of a file and how many nodes an element has, by Gmsh's numbers of types up to hexahedra of second order.
+constexpr std::array<std::pair<int, int>, 18> kNodes{{{1, 2},
+                                                      {2, 3},
+                                                      {3, 4},
+                                                      {4, 4},
+                                                      {5, 8},
+                                                      {6, 6},
+                                                      {7, 5},
+                                                      {8, 3},
+                                                      {9, 6},
+                                                      {10, 9},
+                                                      {11, 10},
+                                                      {12, 27},
+                                                      {15, 1},
+                                                      {16, 8},
+                                                      {17, 20},
+                                                      {26, 4},
+                                                      {27, 5},
+                                                      {28, 6}}};
+
+/// Reads a file word by word, as PETSc does, which takes what it says for granted. Throws Complaint.
 class Scan {
  public:
-  explicit Scan(const std::string& text) : lines_{text} {}
+  explicit Scan(std::string_view text) : left_{text} {}
 
-  std::string fault() {
-    int binary = 1;
-    if (!(next() >> head_) || head_ != "$MeshFormat" || !(next() >> version_ >> binary) || binary != 0 ||
-        !(blocks() || version_ == "2.2")) {
-      return {};
+  void read() {
+    if (word() != "$MeshFormat") {
+      left_ = {};
+      return;  // PETSc says what
     }
-    return go_to("$Nodes") && nodes() && go_to("$Elements") ? elements() : fault_;
+    const std::string_view version = word();
+    if ((version != "4.1" && version != "2.2") || word() != "0") {
+      return;  // binary, or of a version that is left to PETSc
+    }
+    blocks_ = version == "4.1";
+    static_cast<void>(word());  // bytes of a number
+    expect("$EndMeshFormat");
+    std::string_view section = word();
+    if (section == "$PhysicalNames") {
+      names();
+      section = word();
+    }
+    if (section == "$Entities" && blocks_) {
+      entities();
+      section = word();
+    }
+    require(section == "$Nodes", "'" + std::string{section.substr(0, kShown)} + "' stands where $Nodes should");
+    blocks_ ? node_blocks() : node_list();
+    expect("$EndNodes");
+    expect("$Elements");
+    blocks_ ? element_blocks() : element_list();
+    expect("$EndElements");
   }
 
  private:
-  [[nodiscard]] bool blocks() const { return version_ == "4.1"; }
+  static constexpr std::size_t kShown = 40;
+  static constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
-  std::istringstream& next() {
-    std::string line;
-    std::getline(lines_, line);
-    line_.clear();
-    line_.str(line);
-    return line_;
+  [[noreturn]] static void fail(const std::string& what) { throw Complaint{what}; }
+  static void require(bool good, const std::string& what) {
+    if (!good) {
+      fail("no Gmsh mesh: " + what);
+    }
   }
 
-  bool go_to(const std::string& section) {
-    while (lines_) {
-      next() >> head_;
-      if (head_ == section) {
-        return true;
+  std::string_view word() {
+    left_.remove_prefix(std::min(left_.size(), left_.find_first_not_of(kBlanks)));
+    const std::string_view found = left_.substr(0, left_.find_first_of(kBlanks));
+    left_.remove_prefix(found.size());
+    return found;
+  }
+
+  void expect(std::string_view mark) {
+    const std::string_view found = word();
+    require(found == mark, found.empty() ? "it ends before " + std::string{mark}
+                                         : "'" + std::string{found.substr(0, kShown)} + "' stands where " +
+                                               std::string{mark} + " should");
+  }
+
+  template <class Number>
+  Number number() {
+    const std::string_view found = word();
+    Number value{};
+    const auto [end, error] = std::from_chars(found.data(), found.data() + found.size(), value);
+    require(error == std::errc{} && end == found.data() + found.size() && !found.empty(),
+            found.empty() ? "it ends early" : "'" + std::string{found.substr(0, kShown)} + "' is not a number here");
+    return value;
+  }
+  int whole() { return number<int>(); }
+  /// Of words that follow: there cannot be more than the file is long.
+  std::size_t count() {
+    const int value = whole();
+    require(value >= 0 && static_cast<std::size_t>(value) <= left_.size(),
+            "a count of " + std::to_string(value) + " is not that of what follows");
+    return static_cast<std::size_t>(value);
+  }
+  void numbers(std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) {
+      require(std::isfinite(number<double>()), "a coordinate is not a finite number");
+    }
+  }
+  void wholes(std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) {
+      static_cast<void>(whole());
+    }
+  }
+  int dimension() {
+    const int value = whole();
+    require(value >= 0 && value <= 3, "a dimension of " + std::to_string(value));
+    return value;
+  }
+
+  void names() {
+    constexpr std::size_t kLongest = 127;  // what Gmsh and PETSc have room for
+    const std::size_t all = count();
+    for (std::size_t i = 0; i < all; ++i) {
+      static_cast<void>(dimension());
+      static_cast<void>(whole());
+      const std::string_view line = left_.substr(0, left_.find('\n'));
+      const std::string_view name = trimmed(line);
+      require(name.size() > 2 && name.size() <= kLongest && name.front() == '"' && name.find('"', 1) + 1 == name.size(),
+              "the name of a physical group is not between two quotes, or longer than 125 letters");
+      left_.remove_prefix(line.size());
+    }
+    expect("$EndPhysicalNames");
+  }
+
+  void entities() {
+    std::array<std::size_t, 4> counts{};
+    for (std::size_t& of_dimension : counts) {
+      of_dimension = count();
+    }
+    for (std::size_t of = 0; of < counts.size(); ++of) {
+      for (std::size_t i = 0; i < counts.at(of); ++i) {
+        static_cast<void>(whole());
+        numbers(of == 0 ? 3 : 6);  // its place, or its box
+        wholes(tags());
+        if (of > 0) {
+          wholes(count());  // what bounds it
+        }
       }
     }
-    return false;
+    expect("$EndEntities");
   }
 
-  /// How many lines are ahead: of all, or of the next of some blocks. @param before numbers of the line before that one
-  std::size_t count(int before) {
-    long skipped = 0;
-    std::size_t count = 0;
-    std::istringstream& line = next();
-    for (int i = 0; i < before; ++i) {
-      line >> skipped;
+  std::size_t tags() {
+    constexpr std::size_t kMost = 16;
+    const std::size_t size = count();
+    require(size <= kMost, std::to_string(size) + " tags of one thing");
+    return size;
+  }
+
+  void node_list() {
+    const std::size_t all = count();
+    for (std::size_t i = 0; i < all; ++i) {
+      add_node();
+      numbers(3);
     }
-    return line >> count ? count : 0;
+    judge_range();
   }
 
-  bool nodes() {
-    const std::size_t all = count(0);  // nodes, or blocks of them
-    for (std::size_t block = 0; block < (blocks() ? all : 1) && fault_.empty(); ++block) {
-      const std::size_t here = blocks() ? count(3) : all;
-      for (std::size_t i = 0; i < here && fault_.empty() && lines_; ++i) {
+  void node_blocks() {
+    const std::size_t blocks = count();
+    const std::size_t all = count();
+    wholes(2);  // least and largest number
+    std::size_t found = 0;
+    for (std::size_t block = 0; block < blocks; ++block) {
+      static_cast<void>(dimension());
+      static_cast<void>(whole());
+      require(whole() == 0, "nodes with parameters");
+      const std::size_t here = count();
+      for (std::size_t i = 0; i < here; ++i) {
         add_node();
       }
-      for (std::size_t i = 0; blocks() && i < here && lines_; ++i) {
-        next();  // places
-      }
+      numbers(3 * here);
+      found += here;
     }
-    return fault_.empty();
+    require(found == all, std::to_string(found) + " nodes where " + std::to_string(all) + " are announced");
+    judge_range();
   }
 
   void add_node() {
-    long number = 0;
-    if (next() >> number && !nodes_.insert(number).second) {
-      fault_ = "node " + std::to_string(number) + " is given twice";
+    const int number = whole();
+    require(number > 0, "a node of the number " + std::to_string(number));
+    if (!nodes_.insert(number).second) {
+      fail("node " + std::to_string(number) + " is given twice");
+    }
+    largest_ = std::max(largest_, number);
+  }
+
+  /// PETSc keeps a list from the least to the largest number.
+  void judge_range() const {
+    constexpr std::size_t kAnyway = 1000000;
+    constexpr std::size_t kPerNode = 1000;
+    require(static_cast<std::size_t>(largest_) <= kAnyway + kPerNode * nodes_.size(),
+            "a node of the number " + std::to_string(largest_) + " among " + std::to_string(nodes_.size()));
+  }
+
+  void element_list() {
+    const std::size_t all = count();
+    for (std::size_t i = 0; i < all; ++i) {
+      const int element = whole();
+      const int type = whole();
+      wholes(tags());
+      nodes_of(element, type);
     }
   }
 
-  std::string elements() {
-    const std::size_t all = count(0);
-    for (std::size_t block = 0; block < (blocks() ? all : 1); ++block) {
-      const std::size_t here = blocks() ? count(3) : all;
-      for (std::size_t i = 0; i < here && lines_ && fault_.empty(); ++i) {
-        check_element();
+  void element_blocks() {
+    const std::size_t blocks = count();
+    const std::size_t all = count();
+    wholes(2);
+    std::size_t found = 0;
+    for (std::size_t block = 0; block < blocks; ++block) {
+      static_cast<void>(dimension());
+      static_cast<void>(whole());
+      const int type = whole();
+      const std::size_t here = count();
+      for (std::size_t i = 0; i < here; ++i) {
+        nodes_of(whole(), type);
       }
+      found += here;
     }
-    return fault_;
+    require(found == all, std::to_string(found) + " elements where " + std::to_string(all) + " are announced");
   }
 
-  void check_element() {
-    long element = 0;
-    std::istringstream& line = next();
-    line >> element;
-    if (!blocks()) {
-      long type = 0;
-      long tags = 0;
-      line >> type >> tags;
-      for (long tag = 0; tags > 0 && line >> tag; --tags) {
-      }
-    }
-    for (long node = 0; line >> node;) {
+  void nodes_of(int element, int type) {
+    const auto* const known = std::ranges::find(kNodes, type, &std::pair<int, int>::first);
+    require(known != kNodes.end(), "element " + std::to_string(element) + " is of type " + std::to_string(type));
+    for (int i = 0; i < known->second; ++i) {
+      const int node = whole();
       if (!nodes_.contains(node)) {
-        fault_ = "element " + std::to_string(element) + " has node " + std::to_string(node) +
-                 ", which is not among the nodes";
+        fail("element " + std::to_string(element) + " has node " + std::to_string(node) +
+             ", which is not among the nodes");
       }
     }
   }
 
-  std::istringstream lines_;
-  std::istringstream line_;
-  std::string head_;
-  std::string version_;
-  std::unordered_set<long> nodes_;
-  std::string fault_;
+  std::string_view left_;
+  bool blocks_ = false;
+  std::unordered_set<int> nodes_;
+  int largest_ = 0;
 };
 
 }  // namespace
 
-std::string fault_of_nodes(const std::string& text) { return Scan{text}.fault(); }
+std::string fault_of_mesh(const std::string& text) {
+  try {
+    Scan{text}.read();
+  } catch (const Complaint& complaint) {
+    return complaint.text;
+  }
+  return {};
+}
 
 }  // namespace udar::io

@@ -74,7 +74,12 @@ std::vector<double> Hdf5File::read_small(const std::string& name) {
   agree(data.valid());
   const Hdf5Id space{H5Dget_space(data), H5Sclose};
   const hssize_t total = H5Sget_simple_extent_npoints(space);
-  agree(total >= 0);
+  const Hdf5Id type{H5Dget_type(data), H5Tclose};
+  agree(total >= 0 && type.valid());
+  // What was never written has a size, too, of which memory would be taken.
+  agree(static_cast<double>(H5Dget_storage_size(data)) >=
+            static_cast<double>(total) * static_cast<double>(H5Tget_size(type)),
+        name + " is not there as a whole");
   std::vector<double> values(static_cast<std::size_t>(total));
   if (total > 0) {
     agree(H5Dread(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, transfer_, values.data()) >= 0);

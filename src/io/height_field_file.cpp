@@ -42,7 +42,7 @@ class EsriGrid {
         continue;
       }
       const std::vector<std::string_view> fields = fields_of(line, false);
-      if (height_.empty() && std::isalpha(static_cast<unsigned char>(fields[0][0])) != 0 &&
+      if (height_.empty() && !fields[0].empty() && std::isalpha(static_cast<unsigned char>(fields[0][0])) != 0 &&
           lower_case(fields[0]) != "nan") {
         add_key(fields);
       } else {

@@ -45,6 +45,10 @@ void SupportForces::Window::save(std::vector<double>& table) const {
 
 void SupportForces::Window::restore(std::span<const double> table, std::size_t supports) {
   const std::size_t columns = 1 + supports;
+  if (table.size() % columns != 0) {
+    throw InputError{"restart file: the rows of forces of supports are not of " + std::to_string(supports) +
+                     " supports"};
+  }
   for (std::size_t i = 0; i + columns <= table.size(); i += columns) {
     const std::span row = table.subspan(i, columns);
     rows.push_back({.time = row[0], .impulse = {row.begin() + 1, row.end()}});
@@ -80,7 +84,12 @@ void SupportForces::save(MotionState& state) const {
 }
 
 void SupportForces::restore(const MotionState& state) {
-  peak_ = state.table(kPeaks);
+  const std::vector<double>& peak = state.table(kPeaks);
+  if (peak.size() != peak_.size()) {
+    throw InputError{"restart file: the table '" + std::string{kPeaks} + "' has " + std::to_string(peak.size()) +
+                     " numbers, expected " + std::to_string(peak_.size())};
+  }
+  peak_ = peak;
   rows_.restore(state.table(kRows), peak_.size());
   if (state.tables.contains(kSamples)) {
     samples_.restore(state.table(kSamples), peak_.size());

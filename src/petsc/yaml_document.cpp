@@ -1,13 +1,43 @@
 #include "petsc/yaml_document.hpp"
 
+#include <yaml-cpp/eventhandler.h>
+
+#include <sstream>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar::petsc {
 namespace {
+
+/// Counts documents: yaml-cpp finds one after the other, without end, where something is left that begins none, such as
+/// a comma.
+class Documents : public YAML::EventHandler {
+ public:
+  [[nodiscard]] int count() const noexcept { return count_; }
+  [[nodiscard]] const YAML::Mark& last() const noexcept { return last_; }
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    ++count_;
+    last_ = mark;
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+
+ private:
+  int count_ = 0;
+  YAML::Mark last_;
+};
 
 /// How many bytes the UTF-8 character at `at` has; 0: none starts there, or a control character.
 std::size_t character_length(std::string_view text, std::size_t at) {
@@ -29,19 +59,19 @@ std::size_t character_length(std::string_view text, std::size_t at) {
 YamlDocument::YamlDocument(std::string title, const std::string& text, const std::string& example)
     : title_{std::move(title)} {
   refuse_other_encodings(text);
-  std::vector<YAML::Node> documents;
+  Documents documents;
   try {
-    documents = YAML::LoadAll(text);
+    std::istringstream stream{text};
+    YAML::Parser parser{stream};
+    while (documents.count() < 2 && parser.HandleNextDocument(documents)) {
+    }
+    map_ = documents.count() == 1 ? YAML::Load(text) : YAML::Node{};
   } catch (const YAML::Exception& failure) {
     refuse(failure.mark, "is not valid YAML: " + failure.msg);
   }
-  if (documents.size() > 1) {
-    refuse(documents[1].Mark(), "holds several YAML documents, expected one");
+  if (documents.count() > 1) {
+    refuse(documents.last(), "holds several YAML documents, expected one");
   }
-  if (documents.empty()) {
-    return;
-  }
-  map_ = documents.front();
   if (!map_.IsNull() && !map_.IsMap()) {
     refuse(map_.Mark(), "is no list of keys, expected lines like '" + example + "'");
   }

@@ -13,7 +13,7 @@ LONGEST = 120
 FOLDERS = ("cmake", "docs", "examples", "include", "petsc-options", "scripts", "src", "tests")
 SUFFIXES = {".md", ".yaml", ".py", ".sh", ".c", ".cpp", ".hpp", ".cmake", ".opts", ".sbatch", ""}
 NAMES = {"CMakeLists.txt"}
-MADE = {"build", "out", "__pycache__"}
+MADE = {"build", "out", "__pycache__", "corpus"}
 
 
 def files(source_dir):

@@ -81,8 +81,9 @@ class Integrator : public DenseOutput {
 };
 
 /// @brief Keeps the stretch of a line state and what belongs to it, and reads it back.
-/// @throws InputError naming -restart_file if something is missing or not of `size`
+/// @param size local points
+/// @throws InputError naming -restart_file if something is missing or not of `size`, or not what the line has
 void save_line(const LineState& line, MotionState& state);
-[[nodiscard]] LineState saved_line(const MotionState& state, std::size_t size);
+[[nodiscard]] LineState saved_line(const MotionState& state, const Equations& equations, std::size_t size);
 
 }  // namespace udar

@@ -2,6 +2,8 @@
 /// @file
 /// The state of a motion between two steps, for a restart.
 
+#include <mpi.h>
+
 #include <cstddef>
 #include <map>
 #include <string>
@@ -29,6 +31,10 @@ struct MotionState {
   [[nodiscard]] double scalar(const std::string& name) const;
   [[nodiscard]] const std::vector<double>& table(const std::string& name) const;
   [[nodiscard]] const std::string& text(const std::string& name) const;
+
+  /// Refuses numbers that no run has written: a checksum says that a file is as it was written, not by whom.
+  /// @param supports that masses may rest on @note Collective. @throws InputError naming what holds it, on all ranks
+  void require_sound(MPI_Comm comm, std::size_t supports) const;
 };
 
 }  // namespace udar
