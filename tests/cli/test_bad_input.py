@@ -41,7 +41,7 @@ REFUSED = {
     "negative_elements": ({"beam_elements": -5}, ["-beam_elements", "-5"]),
     "half_an_element": ({"beam_elements": 2.5}, ["-beam_elements", "2.5", "whole"]),
     "elements_beyond_the_index_range": (
-        {"beam_elements": 1100000000},
+        {"beam_elements": 1100000000, "structure_memory": "inf"},
         ["-beam_elements", "1100000000", "at most 1073741822", "32 bits"],
     ),
     "too_many_elements": ({"beam_elements": 99999999999}, ["-beam_elements", "99999999999"]),
