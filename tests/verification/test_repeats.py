@@ -23,6 +23,8 @@ WRITES = {"output_interval": 0.02, "output_field_interval": 0.1, "restart_interv
 CASES = {
     "chebyshev": {"ts_type": "chebyshev", "contact_restitution": 0.7, "initial_height": 0.2, "ts_max_time": 0.5},
     "impact": {**GIVING, "ts_type": "impact", "initial_height": 0.2, "ts_max_time": 0.4},
+    "modal": {"ts_type": "modal", "contact_surface": "line", "contact_restitution": 1, "initial_height": 0.2,
+              "ts_max_time": 0.4},
     "network": {**{key: None for key in case()}, "structure_type": "network", "network_grillage": "3,3",
                 "network_spacing": 2, "network_elements": 4, "filter_frequency": 300, "floor": True,
                 "contact_restitution": 0.4, "initial_height": 0.05, "initial_spin": "0.1,0,0.2", "gravity": 9.81,
