@@ -53,7 +53,7 @@ def communication(point):
     near = neighbours_only(point)
     return {"messages": solves * (0.5 * sides + (sides if near else 0.0)) + sides * 2 * checks,
             "reductions": counts["sweeps"] + counts["steps"] + counts["event_steps"] + flights +
-            (4 + meetings) * checks,
+            (5 + meetings) * checks,
             "gathers": 0.0 if near else float(solves)}
 
 

@@ -3,6 +3,7 @@
 #include <petscsys.h>
 
 #include <algorithm>
+#include <map>
 #include <ranges>
 #include <sstream>
 
@@ -18,6 +19,16 @@ std::optional<std::string> option_value(const std::string& key) {
 }
 
 Options all_options() {
+  // Asking for a key makes it one that is used: values of the others come from the list of these.
+  std::map<std::string, std::optional<std::string>> unused;
+  PetscInt count = 0;
+  char** names = nullptr;
+  char** values = nullptr;
+  UDAR_CALL(PetscOptionsLeftGet(nullptr, &count, &names, &values));
+  for (PetscInt i = 0; i < count; ++i) {
+    unused[std::string{"-"} + names[i]] = values[i] != nullptr ? std::optional<std::string>{values[i]} : std::nullopt;
+  }
+  UDAR_CALL(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
   char* text = nullptr;
   UDAR_CALL(PetscOptionsGetAll(nullptr, &text));
   std::istringstream words{text != nullptr ? text : ""};
@@ -25,11 +36,16 @@ Options all_options() {
   Options options;
   for (std::string word; words >> word;) {
     // A word of a value may look like a key: only the database knows.
+    if (std::ranges::find(options, word, &Options::value_type::first) != options.end()) {
+      continue;
+    }
     PetscBool key = PETSC_FALSE;
-    if (word.size() > 1 && word.front() == '-') {
+    if (const auto found = unused.find(word); found != unused.end()) {
+      options.emplace_back(word, found->second);
+    } else if (word.size() > 1 && word.front() == '-') {
       UDAR_CALL(PetscOptionsHasName(nullptr, nullptr, word.c_str(), &key));
     }
-    if (key == PETSC_TRUE && std::ranges::find(options, word, &Options::value_type::first) == options.end()) {
+    if (key == PETSC_TRUE) {
       options.emplace_back(word, option_value(word));
     }
   }

@@ -846,11 +846,11 @@ class Interrupted(UdarTest):
                     run(options, ranks, environment=preload)
                     self.assertFalse((self.scratch / "run" / "summary.json").exists(), "the run is to be killed")
                     with h5py.File(self.scratch / "run" / "restart.h5") as file:
-                        reached = file["scalars"].attrs["time"]
+                        reached = file["scalars"].attrs.get("time", 0.0)  # none before the first checkpoint
                     with h5py.File(self.scratch / "run" / "results.h5") as file:
                         for times in (file["energy"]["time"], file["contact"]["time"]):
                             np.testing.assert_allclose(times, rows * np.arange(len(times)), rtol=1e-12, atol=0)
-                            self.assertGreater(times[-1], reached - rows * (1 + 1e-9))
+                            self.assertGreater(times[-1] if len(times) else 0.0, reached - rows * (1 + 1e-9))
 
     def test_shortest_restart_interval(self):
         """Intervals are counted: adding 1e-12 s up to the next step would never end."""
