@@ -39,9 +39,10 @@ std::string shared_file(const std::string& path) {
     const bool empty = file.peek() == std::ifstream::traits_type::eof();  // opening a folder succeeds, reading does not
     if (file.is_open() && errno == 0 && !empty) {
       constexpr std::size_t kLongest = std::size_t{1} << 24U;  // a device has no end
-      text.resize(kLongest + 1);
-      file.read(text.data(), static_cast<std::streamsize>(text.size()));
-      text.resize(static_cast<std::size_t>(file.gcount()));
+      std::array<char, 4096> block{};
+      while (text.size() <= kLongest && (file.read(block.data(), block.size()) || file.gcount() > 0)) {
+        text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+      }
       if (text.size() > kLongest) {
         failure = "option -options_file: cannot read '" + path + "': it is longer than 16 MiB";
       }
