@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "udar/petsc/error.hpp"
+
 namespace udar {
 
 void LineContactRecord::track(const StepMotion& motion) {
@@ -73,6 +75,9 @@ void LineContactRecord::save(const LineState& line, std::size_t count, MotionSta
 void LineContactRecord::restore(const MotionState& state, std::size_t count, LineState& line) const {
   const LineContact& contact = *equations_->line_contact();
   if (contact.dense()) {
+    if (line.contact_force.size() != contact.points().size()) {
+      throw InputError{"restart file: the table 'contact_force' is missing"};
+    }
     line.in_contact = std::ranges::any_of(line.contact_force, [](double force) { return force > 0.0; });
     return;
   }
