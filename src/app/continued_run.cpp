@@ -34,13 +34,18 @@ constexpr char kBetween = '\0';  // keys and values; none of them has it
 }
 
 /// The questions to the disk are rank 0's.
-bool exists(MPI_Comm comm, const fs::path& path) {
+template <class Question>
+bool first_rank_finds(MPI_Comm comm, const Question& question) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
+  int found = rank == 0 && question() ? 1 : 0;
+  MPI_Bcast(&found, 1, MPI_INT, 0, comm);
+  return found != 0;
+}
+
+bool exists(MPI_Comm comm, const fs::path& path) {
   std::error_code error;
-  int there = rank == 0 && fs::exists(path, error) ? 1 : 0;
-  MPI_Bcast(&there, 1, MPI_INT, 0, comm);
-  return there != 0;
+  return first_rank_finds(comm, [&] { return fs::exists(path, error); });
 }
 
 /// The last restart file that is whole, in the place of the last one; empty: there is none at all.
@@ -101,23 +106,15 @@ void go_to(MPI_Comm comm, const std::string& place) {
 /// The run's own name for its folder, where that still leads there.
 void keep_folder(MPI_Comm comm, const std::string& folder) {
   const std::string named = petsc::option_value(kDirectory).value_or("udar-output");
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
   std::error_code error;
-  int same = rank == 0 && fs::equivalent(named, folder, error) ? 1 : 0;
-  MPI_Bcast(&same, 1, MPI_INT, 0, comm);
-  if (same == 0) {
+  if (!first_rank_finds(comm, [&] { return fs::equivalent(named, folder, error); })) {
     UDAR_CALL(PetscOptionsSetValue(nullptr, kDirectory, folder.c_str()));
   }
 }
 
 /// A run that wrote no restart file is begun, if it is known which.
 ContinuedRun begin(MPI_Comm comm, const std::string& folder) {
-  int rank = 0;
-  MPI_Comm_rank(comm, &rank);
-  int there = rank == 0 && io::holds_a_run(folder) ? 1 : 0;
-  MPI_Bcast(&there, 1, MPI_INT, 0, comm);
-  if (there != 0) {
+  if (first_rank_finds(comm, [&] { return io::holds_a_run(folder); })) {
     refuse(folder, "it holds results, and no restart.h5 that they belong to");
   }
   if (petsc::inserted_files().empty()) {

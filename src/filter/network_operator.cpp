@@ -113,18 +113,24 @@ NetworkOperator::Rows NetworkOperator::rows_of(Nodal nodal) const {
   return reordered(std::move(nodal));
 }
 
+/// Calls visit(row, place in nodal order) for all rotations about the nodes' own axes.
+template <class Visit>
+void NetworkOperator::each_rotation(const Visit& visit) const {
+  each_axes([&](std::size_t local, const Axes& /*axes*/) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      visit(3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = local}, k),
+            unknown(local, 3 + k));
+    }
+  });
+}
+
 /// Numbers about the nodes' own axes 0, 1, 2 where nodal order has those about x, y, z, to rows, and back.
 NetworkOperator::Rows NetworkOperator::reordered(Nodal own) const {
   if (!network_->rotary()) {
     return own;
   }
   Rows rows = own;
-  each_axes([&](std::size_t local, const Axes& /*axes*/) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      rows[3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = local}, k)] =
-          own[unknown(local, 3 + k)];
-    }
-  });
+  each_rotation([&](std::size_t row, std::size_t place) { rows[row] = own[place]; });
   return rows;
 }
 NetworkOperator::Nodal NetworkOperator::reordered_back(Rows rows) const {
@@ -132,12 +138,7 @@ NetworkOperator::Nodal NetworkOperator::reordered_back(Rows rows) const {
     return rows;
   }
   Nodal own = rows;
-  each_axes([&](std::size_t local, const Axes& /*axes*/) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      own[unknown(local, 3 + k)] =
-          rows[3 * network_->nodes() + network_->rotation_place({.rank = network_->rank(), .local = local}, k)];
-    }
-  });
+  each_rotation([&](std::size_t row, std::size_t place) { own[place] = rows[row]; });
   return own;
 }
 

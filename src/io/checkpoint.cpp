@@ -126,10 +126,8 @@ std::string cannot_read(const std::string& path, const std::string& why) {
   return "restart file: cannot read '" + path + "': " + why;
 }
 
-/// One that is whole, and of this version.
+/// One of this version.
 std::unique_ptr<Hdf5File> open_checkpoint(MPI_Comm comm, const std::string& path) {
-  const std::string failure = checksum_failure(comm, path).text;
-  throw_together<FileError>(comm, failure.empty() ? "" : cannot_read(path, failure));
   auto file = std::make_unique<Hdf5File>(comm, path, Hdf5File::Access::read, "restart file");
   file->agree(file->has("/", "format") && file->read_text("/", "format") == kFormat, "not a checkpoint of udar");
   const std::int64_t version = file->read_int("/", "format_version");
@@ -190,6 +188,8 @@ CheckpointHead read_checkpoint_head(MPI_Comm comm, const std::string& path) {
 MotionState read_checkpoint(const PointOrder& points, const std::string& path,
                             const std::function<void(std::span<const Parameter>)>& accept, const PointOrder* cells) {
   const NodeRange& nodes = points.range();
+  const std::string failure = checksum_failure(points.comm(), path).text;
+  throw_together<FileError>(points.comm(), failure.empty() ? "" : cannot_read(path, failure));
   const auto opened = open_checkpoint(points.comm(), path);
   Hdf5File& file = *opened;
   MotionState state;

@@ -19,12 +19,16 @@ import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 UDAR = os.environ.get("UDAR", str(ROOT / "build" / "udar"))
+MPIEXEC = os.environ.get("MPIEXEC", "mpiexec")
 EXPORTS = re.findall(r"^export (\w+)=(.*)$", (ROOT / "scripts" / "env.sh").read_text(), re.MULTILINE)
 ENVIRONMENT = {
     **{name: value for name, value in os.environ.items() if name not in ("PETSC_OPTIONS", "SLEPC_OPTIONS")},
     **dict(EXPORTS),
     "LC_ALL": "C",
 }
+
+# What a program without mpiexec needs in its environment, from where the C++ tests have it, too.
+ALONE = dict(re.findall(r"^export (\w+)=(.*)$", (ROOT / "tests" / "support" / "alone.sh").read_text(), re.MULTILINE))
 
 # The paper's steel beam falling flat from 1 m on two point supports; tests override single entries.
 BEAM = {
@@ -89,14 +93,19 @@ class Finished:
 
 
 def command(options, ranks=0, extra=()):
-    """The full command; ranks = 0 starts the program without mpiexec."""
-    start = [os.environ.get("MPIEXEC", "mpiexec"), "-n", str(ranks)] if ranks else []
+    """The full command; one rank needs no mpiexec."""
+    start = [MPIEXEC, "-n", str(ranks)] if ranks > 1 else []
     return start + [UDAR] + arguments(options) + list(extra)
+
+
+def environment_of(line):
+    """What a command needs in its environment."""
+    return ENVIRONMENT if line[0] == MPIEXEC else {**ENVIRONMENT, **ALONE}
 
 
 def start(line, environment=(), **keywords):
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen(line, text=True, env={**ENVIRONMENT, **dict(environment)}, **pipes, **keywords)
+    return subprocess.Popen(line, text=True, env={**environment_of(line), **dict(environment)}, **pipes, **keywords)
 
 
 def run(options, ranks=0, extra=(), timeout=60, cwd=None, environment=()):

@@ -438,6 +438,11 @@ FILES = {
 }
 
 
+def launches(name):
+    """What fails later always runs on two ranks, too, of what is refused every third: they take the same way out."""
+    return LAUNCHES if name in FAILING or list(REFUSED).index(name) % 3 == 0 else (0,)
+
+
 class BadInput(UdarTest):
     @classmethod
     def setUpClass(cls):
@@ -458,7 +463,7 @@ class BadInput(UdarTest):
         cls.runs = {
             (name, ranks): workers.submit(cls.launch, name, changes, ranks)
             for name, (changes, _) in {**REFUSED, **FAILING}.items()
-            for ranks in LAUNCHES
+            for ranks in launches(name)
         }
 
     @classmethod
@@ -493,7 +498,7 @@ class BadInput(UdarTest):
             self.assertEqual(others, [], f"lines beside the message{result}")
 
     def check_table(self, name, wanted, keeps_old_run):
-        for ranks in LAUNCHES:
+        for ranks in launches(name):
             with self.subTest(ranks=ranks):
                 self.check(self.runs[name, ranks].result(), wanted, ranks)
                 if keeps_old_run:

@@ -11,15 +11,15 @@ import subprocess
 import tempfile
 import unittest
 
-from common import ENVIRONMENT, UDAR
+from common import MPIEXEC, UDAR, environment_of
 
 BENCH = str(pathlib.Path(UDAR).with_name("udar-bench"))
 
 
 def bench(*arguments, ranks=1):
-    start = [os.environ.get("MPIEXEC", "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
+    start = [MPIEXEC, "-n", str(ranks)] if ranks > 1 else []
     line = start + [BENCH, "-skip_petscrc", *arguments]
-    return subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, timeout=120, check=False)
+    return subprocess.run(line, capture_output=True, text=True, env=environment_of(line), timeout=120, check=False)
 
 
 class Network(unittest.TestCase):

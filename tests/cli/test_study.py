@@ -13,7 +13,7 @@ import time
 import unittest
 
 import numpy as np
-from common import BEAM, ENVIRONMENT, STEEL_MASS, UDAR, UdarTest, arguments, read_csv, start
+from common import BEAM, MPIEXEC, STEEL_MASS, UDAR, UdarTest, arguments, environment_of, read_csv, start
 
 STUDY = str(pathlib.Path(UDAR).with_name("udar-study"))
 PLOT = os.environ.get("UDAR_PLOT", str(pathlib.Path(UDAR).with_name("udar-plot")))
@@ -23,16 +23,19 @@ GRID = {"filter_frequency": "100,200,400", "beam_elements": "20,40", "support_wi
 
 
 def line_of(options, ranks):
-    begin = [os.environ.get("MPIEXEC", "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
+    begin = [MPIEXEC, "-n", str(ranks)] if ranks > 1 else []
     return [*begin, STUDY, "-skip_petscrc", *arguments(options)]
+
+
+def finished(line):
+    return subprocess.run(line, capture_output=True, text=True, env=environment_of(line), timeout=240, check=False)
 
 
 class StudyTest(UdarTest):
     def study(self, options, ranks=1, name="study", code=0):
         """Runs a study into <scratch>/<name>; gives study.json, the rows of study.csv and what was printed."""
         folder = self.scratch / name
-        result = subprocess.run(line_of({**CASE, "output_directory": folder, **options}, ranks), capture_output=True,
-                                text=True, env=ENVIRONMENT, timeout=240, check=False)
+        result = finished(line_of({**CASE, "output_directory": folder, **options}, ranks))
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         return json.loads((folder / "study.json").read_text()), read_csv(folder / "study.csv"), result.stdout
 
@@ -133,7 +136,7 @@ class Grid(StudyTest):
                         "\nsupport: {position: [2.0, 8.0], width: 1.0}\nstudy: {series: 'a: -beam_elements 10; b:'}\n")
         line = [STUDY, str(file), "-skip_petscrc", "-filter_frequency", "50,100", "-output_directory",
                 str(self.scratch / "out")]
-        result = subprocess.run(line, capture_output=True, text=True, env=ENVIRONMENT, timeout=120, check=False)
+        result = finished(line)
         self.assertEqual(result.returncode, 0, result.stderr)
         study = json.loads((self.scratch / "out/study.json").read_text())
         self.assertEqual([(run["series"], run["axes"]) for run in study["runs"]],
@@ -267,8 +270,7 @@ class Failures(StudyTest):
 class BadInput(StudyTest):
     def refused(self, options, expected, ranks=1, code=1):
         folder = self.scratch / "none"
-        result = subprocess.run(line_of({**CASE, "output_directory": folder, **options}, ranks), capture_output=True,
-                                text=True, env=ENVIRONMENT, timeout=60, check=False)
+        result = finished(line_of({**CASE, "output_directory": folder, **options}, ranks))
         self.assertEqual(result.returncode, code, result.stdout + result.stderr)
         errors = [line for line in result.stderr.splitlines() if line.startswith("udar: error:")]
         self.assertEqual(len(errors), 1, result.stderr)
@@ -298,13 +300,13 @@ class BadInput(StudyTest):
         self.study({"filter_frequency": 100, "output_overwrite": True})
 
     def test_without_arguments_it_says_how_it_is_used(self):
-        result = subprocess.run([STUDY], capture_output=True, text=True, env=ENVIRONMENT, timeout=60)
+        result = finished([STUDY])
         self.assertEqual(result.returncode, 1)
         self.assertIn("usage:  udar-study case.yaml", result.stdout)
 
     def test_help(self):
-        command = [STUDY, "-help"]
-        result = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)
+        result = finished([STUDY, "-help"])
+        self.assertEqual(result.returncode, 0, result.stderr)
         for key in ("axes", "series", "reference", "design", "refine", "ranks"):
             self.assertIn(f"-study_{key}", result.stdout)
 

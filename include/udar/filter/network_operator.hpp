@@ -100,6 +100,8 @@ class NetworkOperator final : public ScaledOperator {
   [[nodiscard]] std::size_t unknown(std::size_t local, std::size_t freedom) const;
   template <class Visit>
   void each_axes(const Visit& visit) const;
+  template <class Visit>
+  void each_rotation(const Visit& visit) const;
   [[nodiscard]] const Axes& axes_at(const Placed& placed, std::size_t node) const;
   [[nodiscard]] ElementMatrix in_own_axes(const Placed& placed, const ElementMatrix& matrix) const;
   [[nodiscard]] std::array<double, 3> in_own_axes(const Spring& spring) const;

@@ -34,7 +34,7 @@ struct CheckpointHead {
   bool begun = false;  ///< there is a state to go on from; false: the run was killed before its first step
 };
 
-/// @note Collective. @throws as `read_checkpoint`
+/// @pre `checkpoint_damage` found none @note Collective. @throws as `read_checkpoint`
 [[nodiscard]] CheckpointHead read_checkpoint_head(MPI_Comm comm, const std::string& path);
 
 /// @brief Reads the checkpoint at `path`, written on any number of ranks.
