@@ -128,12 +128,12 @@ struct Pack;
 template <>
 struct Pack<8> {
   using Type = double __attribute__((vector_size(64)));
-  using Loose = double __attribute__((vector_size(64), aligned(8), may_alias));
+  using Loose [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 };
 template <>
 struct Pack<4> {
   using Type = double __attribute__((vector_size(32)));
-  using Loose = double __attribute__((vector_size(32), aligned(8), may_alias));
+  using Loose [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
 };
 template <>
 struct Pack<1> {

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kPack = 8;
 using DensePack = double __attribute__((vector_size(8 * kPack)));
-using DenseLoose = double __attribute__((vector_size(8 * kPack), aligned(8), may_alias));
+using DenseLoose [[gnu::vector_size(8 * kPack), gnu::aligned(8), gnu::may_alias]] = double;
 
 [[gnu::always_inline]] inline const DenseLoose& pack_at(const double* from) {
   return *reinterpret_cast<const DenseLoose*>(from);

@@ -18,7 +18,7 @@ constexpr std::size_t kPitch = JunctionSystem::kPitch;
 constexpr std::size_t kColumn = 6 * kPitch;  // numbers of a block
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 using Pack = double __attribute__((vector_size(64)));
-using Loose8 = double __attribute__((vector_size(64), aligned(8), may_alias));
+using Loose8 [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 
 UDAR_INLINE Loose8& eight(double* from) {  // NOLINT(readability-non-const-parameter): written through
   return *reinterpret_cast<Loose8*>(from);

@@ -12,7 +12,7 @@
 namespace udar::network::packs {
 
 using Pack = double __attribute__((vector_size(8 * kLanes)));
-using Loose = double __attribute__((vector_size(8 * kLanes), aligned(8), may_alias));
+using Loose [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
 
 UDAR_INLINE Pack& pack(Lanes& lanes) { return *reinterpret_cast<Pack*>(lanes.value.data()); }
 UDAR_INLINE const Pack& pack(const Lanes& lanes) { return *reinterpret_cast<const Pack*>(lanes.value.data()); }
