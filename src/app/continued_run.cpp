@@ -50,7 +50,7 @@ bool exists(MPI_Comm comm, const fs::path& path) {
 
 /// The last restart file that is whole, in the place of the last one; empty: there is none at all.
 std::string whole_file(MPI_Comm comm, const std::string& folder) {
-  const std::string path = (fs::path{folder} / "restart.h5").string();
+  std::string path = (fs::path{folder} / "restart.h5").string();
   const std::string before = io::previous_checkpoint(path);
   if (!exists(comm, path) && !exists(comm, before)) {
     return "";

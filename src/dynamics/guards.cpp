@@ -172,9 +172,9 @@ void Guards::tell(double ranks) {
   const MPI_Comm comm = equations_->points().comm();
   while (ranks > 0.0) {
     struct Told {
-      double guard;
-      Finding finding;
-    } own{.guard = kGuards, .finding = {}};
+      double guard = kGuards;
+      Finding finding{};
+    } own;
     const auto found = std::ranges::find_if(findings_, [](const auto& finding) { return finding.has_value(); });
     if (found != findings_.end()) {
       own = {.guard = static_cast<double>(found - findings_.begin()), .finding = **found};

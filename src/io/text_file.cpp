@@ -109,16 +109,18 @@ void TextFile::open_at(std::int64_t size, const std::string& header) {
   struct stat status{};
   if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
     fail(errno);
-  } else if (status.st_size < size) {
+    return;
+  }
+  if (status.st_size < size) {
     failure_ = cannot_write(path_, "it is shorter than when the restart file was written: has it been changed?");
   } else if (pread(descriptor_, there.data(), there.size(), 0) != static_cast<ssize_t>(there.size()) ||
              there != header) {
     failure_ = cannot_write(path_, "it has other columns than this run; keep the gauges and supports of the run");
-  } else if (ftruncate(descriptor_, size) != 0) {
-    fail(errno);
-  } else {
+  } else if (ftruncate(descriptor_, size) == 0) {
     size_ = size;
     put("");
+  } else {
+    fail(errno);
   }
 }
 

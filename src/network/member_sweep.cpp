@@ -381,7 +381,7 @@ UDAR_INLINE void known_at(const Placement& frame, const Sweep& sweep, EndValues&
     if (frame.offsets) {
       std::array<Pack, 3> moved{own[0], own[1], own[2]};
       cross_arm({own[3], own[4], own[5]}, frame.offset[end], moved);
-      std::copy(moved.begin(), moved.end(), own.begin());
+      std::ranges::copy(moved, own.begin());
     }
     for (std::size_t i = 0; i < 3; ++i) {
       along(frame.axes[i], {own[0], own[1], own[2]}, known[end][i]);

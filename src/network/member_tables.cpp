@@ -213,7 +213,7 @@ BendingTable factor(Plane plane) {
 
 /// Along the axis, or about it.
 struct Rod {
-  Real element;          // K h / EA, compliance of an element of length h
+  Real element = 0;      // K h / EA, compliance of an element of length h
   Real first_joint = 0;  // those of the joints, infinite: a hinge
   Real second_joint = 0;
 };

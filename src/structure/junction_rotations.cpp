@@ -27,6 +27,7 @@ JunctionRotations principal(const std::array<double, 9>& tensor, const Junction&
     return rotations;
   }
   std::vector<double> matrix;
+  matrix.reserve(size * size);
   for (std::size_t i = 0; i < size * size; ++i) {
     matrix.push_back(tensor.at(3 * free[i / size] + free[i % size]));
   }

@@ -31,7 +31,7 @@ using test::steel_section;
 using test::Turn;
 using test::turned_beam;
 
-constexpr Turn kTurn{.about_z = 0.3, .about_x = 0.7};
+constexpr Turn kTilt{.about_z = 0.3, .about_x = 0.7};
 constexpr double kFilter = 2000.0;  // [rad/s]
 
 NetworkParameters rotary(NetworkParameters network) {
@@ -140,7 +140,7 @@ void expect_near(const std::vector<double>& found, const std::vector<double>& ex
 }
 
 /// A house of all that there is, held and sprung in rotations, too.
-NetworkParameters held_house(const Turn& turn = kTurn) {
+NetworkParameters held_house(const Turn& turn = kTilt) {
   NetworkParameters house = rotary(small_house(turn));
   house.junctions[0].held = {true, true, true, true, false, true};
   house.junctions[3].stiffness = {1e5, 0.0, 2e5, 0.0, 3e4, 0.0};
@@ -161,7 +161,7 @@ TEST(RotaryInertia, GivesTheTorsionalFrequenciesOfAShaft) {
   constexpr double kLength = 4.0;
   for (const bool clamped : {true, false}) {
     for (const std::size_t elements : {6U, 48U}) {
-      NetworkParameters beam = rotary(turned_beam(kLength, elements, kTurn));
+      NetworkParameters beam = rotary(turned_beam(kLength, elements, kTilt));
       beam.junctions[0].held.fill(clamped);
       // On three ranks there are three junctions.
       beam.junctions.push_back({.name = "aside", .place = {.x = -5.0}});
@@ -170,7 +170,7 @@ TEST(RotaryInertia, GivesTheTorsionalFrequenciesOfAShaft) {
       Solved solved{beam, false};
       const MassPoints& points = solved.network.points();
       const auto n = static_cast<double>(elements);
-      const Place axis = kTurn({.x = 1.0});
+      const Place axis = kTilt({.x = 1.0});
       for (std::size_t k = 1; k <= 3; ++k) {
         const double share = (clamped ? static_cast<double>(k) - 0.5 : static_cast<double>(k)) * std::numbers::pi;
         std::vector<double> shape(points.points(), 0.0);
@@ -201,9 +201,9 @@ TEST(RotaryInertia, GivesTheTorsionalFrequenciesOfAShaft) {
 
 TEST(RotaryInertia, ModesOfAShaftBeginWithTorsion) {
   const MemberSection steel = steel_section();
-  NetworkParameters beam = rotary(turned_beam(4.0, 32, kTurn));
+  NetworkParameters beam = rotary(turned_beam(4.0, 32, kTilt));
   beam.junctions[0].held.fill(true);
-  beam.junctions.insert(beam.junctions.begin() + 1, {.name = "middle", .place = kTurn({.x = 2.0})});
+  beam.junctions.insert(beam.junctions.begin() + 1, {.name = "middle", .place = kTilt({.x = 2.0})});
   beam.members = {test::member_between(0, 1, 16), test::member_between(1, 2, 16)};
   Solved solved{beam, false};
   const std::vector<Mode> modes = lowest_modes(*solved.line, 12);
@@ -215,7 +215,7 @@ TEST(RotaryInertia, ModesOfAShaftBeginWithTorsion) {
 }
 
 TEST(RotaryInertia, CondensedMembersAreTheAssembledFrame) {
-  std::vector<std::pair<std::string, NetworkParameters>> all{{"house", rotary(small_house(kTurn))},
+  std::vector<std::pair<std::string, NetworkParameters>> all{{"house", rotary(small_house(kTilt))},
                                                              {"held", held_house()}};
   NetworkParameters uneven = held_house();
   for (Member& member : uneven.members) {
@@ -237,10 +237,10 @@ TEST(RotaryInertia, CondensedMembersAreTheAssembledFrame) {
     for (const bool loaded : {false, true}) {
       std::vector<double> forces;
       std::vector<double> found;
-      const std::vector<double> expected = answer_by_node(assembled, kTurn, loaded, &forces);
+      const std::vector<double> expected = answer_by_node(assembled, kTilt, loaded, &forces);
       // Of the assembled frame (w_max / wf)^2 eps, w_max of its shortest element.
       const double tolerance = given.members[0].elements == 4 ? 1e-12 : 1e-10;
-      expect_near(answer_by_node(condensed, kTurn, loaded, &found), expected, tolerance);
+      expect_near(answer_by_node(condensed, kTilt, loaded, &found), expected, tolerance);
       const std::size_t places = condensed.line->filter_operator().internal_places();
       for (std::size_t field = 0; field * places < forces.size(); ++field) {
         double size = 0.0;
@@ -256,7 +256,7 @@ TEST(RotaryInertia, CondensedMembersAreTheAssembledFrame) {
 }
 
 TEST(RotaryInertia, RigidMotionsAreFreeOfStrainAndCarryTheirEnergy) {
-  const NetworkParameters house = rotary(small_house(kTurn));
+  const NetworkParameters house = rotary(small_house(kTilt));
   const Place turn{.x = 0.3, .y = -0.2, .z = 0.5};
   for (const bool assembled : {false, true}) {
     Solved solved{house, assembled};
@@ -292,7 +292,7 @@ TEST(RotaryInertia, RigidMotionsAreFreeOfStrainAndCarryTheirEnergy) {
 
 /// What filter springs do to the masses has neither force nor moment about the origin where nothing holds.
 TEST(RotaryInertia, SpringsDoNotTurnTheWhole) {
-  Solved solved{rotary(small_house(kTurn)), false};
+  Solved solved{rotary(small_house(kTilt)), false};
   const MassPoints& points = solved.network.points();
   std::vector<double> given;
   for (std::size_t i = 0; i < points.points(); ++i) {
@@ -332,9 +332,9 @@ TEST(RotaryInertia, TurnedCopyGivesTheTurnedAnswer) {
     return values;
   };
   Solved plain{rotary(small_house()), false};
-  Solved turned{rotary(small_house(kTurn)), false};
+  Solved turned{rotary(small_house(kTilt)), false};
   const std::vector<double> expected = answer_by_node(plain, {}, true);
-  expect_near(turned_back(answer_by_node(turned, kTurn, true), kTurn), expected, 1e-11);
+  expect_near(turned_back(answer_by_node(turned, kTilt, true), kTilt), expected, 1e-11);
 }
 
 TEST(RotaryInertia, GivesTheSameOnAnyRanks) {
@@ -347,11 +347,11 @@ TEST(RotaryInertia, GivesTheSameOnAnyRanks) {
   if (test::world_rank() == 0) {
     Solved single{house, false, PETSC_COMM_SELF};
     // Sums over the world: other ranks add nothing.
-    alone = answer_by_node(single, kTurn, true);
+    alone = answer_by_node(single, kTilt, true);
   } else {
     add_up(alone);
   }
-  expect_near(answer_by_node(dealt, kTurn, true), alone, 1e-12);
+  expect_near(answer_by_node(dealt, kTilt, true), alone, 1e-12);
 }
 
 TEST(RotaryInertia, OfOneMemberAtAJunctionHasOneAxisAndOfSeveralMore) {

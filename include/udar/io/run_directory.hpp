@@ -19,6 +19,8 @@ class FolderLock {
   FolderLock() = default;
   /// @note Collective. @throws FileError on all ranks if another program holds it, and goes on to for some seconds
   FolderLock(MPI_Comm comm, const std::string& path);
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
   FolderLock(FolderLock&& other) noexcept : descriptor_{std::exchange(other.descriptor_, -1)} {}
   FolderLock& operator=(FolderLock&& other) noexcept {
     std::swap(descriptor_, other.descriptor_);
