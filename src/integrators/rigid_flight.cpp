@@ -107,9 +107,13 @@ double RigidFlight::acceleration(double elapsed, std::size_t node) const {
   return acceleration_[node] + elapsed * jerk(node);
 }
 
-double RigidFlight::line_integral(double elapsed, std::size_t node) const {
-  const double stretched = line_.stretch[node] + 0.5 * elapsed * jerk(node) / wf2_;
-  return elapsed * (position_[node] + stretched) + motion_->at(motion_->weights(-1, elapsed), node);
+void RigidFlight::line_integrals(double elapsed, std::span<const std::size_t> nodes,
+                                 std::span<double> integrals) const {
+  const FreeMotion::Weights sum = motion_->weights(-1, elapsed);
+  std::ranges::transform(nodes, integrals.begin(), [&](std::size_t node) {
+    const double stretched = line_.stretch[node] + 0.5 * elapsed * jerk(node) / wf2_;
+    return elapsed * (position_[node] + stretched) + motion_->at(sum, node);
+  });
 }
 
 std::vector<double> RigidFlight::amplitude_integrals(double elapsed) const {

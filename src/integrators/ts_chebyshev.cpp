@@ -99,18 +99,22 @@ class Chebyshev final : public ProblemIntegrator {
   /// A step goes as far as its terms reach, and for ever if the motion is rigid.
   [[nodiscard]] double next_step() const override { return std::numeric_limits<double>::max(); }
 
-  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+  void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const override {
     if (!stepped_) {
-      return 0.0;
+      std::ranges::fill(integrals, 0.0);
+      return;
     }
     const double time = std::clamp(until - begin_, 0.0, length_);
-    const double position = start_[node] * time;
     const FreeMotion::Weights sum = motion_->weights(-1, time);
-    if (resting_before_[node] != 0) {
-      return position + stretch_integral(node, time, sum);
-    }
-    const double speed = motion_->at(motion_->weights(1, time), node);
-    return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
+    const FreeMotion::Weights speeds = motion_->weights(1, time);
+    std::ranges::transform(nodes, integrals.begin(), [&](std::size_t node) {
+      const double position = start_[node] * time;
+      if (resting_before_[node] != 0) {
+        return position + stretch_integral(node, time, sum);
+      }
+      const double speed = motion_->at(speeds, node);
+      return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
+    });
   }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
     std::vector<double> integrals(equations_->line().corrected_modes().size());

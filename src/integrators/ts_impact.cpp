@@ -155,15 +155,17 @@ class Impact final : public ProblemIntegrator {
 
   [[nodiscard]] double next_step() const override { return next_step_; }
 
-  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+  void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const override {
     if (!stepped_) {
-      return 0.0;
+      std::ranges::fill(integrals, 0.0);
+    } else if (flight_->flies()) {
+      flight_->line_integrals(std::clamp(until - begin_, 0.0, length_), nodes, integrals);
+    } else {
+      const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
+      std::ranges::transform(nodes, integrals.begin(), [&](std::size_t node) {
+        return length_ * tau * (start_[node] + line_->mean_stretch(node, tau));
+      });
     }
-    if (flight_->flies()) {
-      return flight_->line_integral(std::clamp(until - begin_, 0.0, length_), node);
-    }
-    const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
-    return length_ * tau * (start_[node] + line_->mean_stretch(node, tau));
   }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
     if (flight_->flies()) {

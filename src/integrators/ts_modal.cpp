@@ -130,9 +130,11 @@ class Modal final : public ProblemIntegrator {
 
   [[nodiscard]] double next_step() const override { return std::numeric_limits<double>::max(); }
 
-  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+  void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const override {
     const ModalFlow flow = motion_->flow(until);
-    return model_->passed(node, begin_, until, flow.amplitude, flow.rest_force);
+    std::ranges::transform(nodes, integrals.begin(), [&](std::size_t node) {
+      return model_->passed(node, begin_, until, flow.amplitude, flow.rest_force);
+    });
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {

@@ -61,13 +61,17 @@ class Moreau final : public ProblemIntegrator {
   [[nodiscard]] bool fixed_step() const override { return true; }
 
   /// The nodes move evenly between the ends of a step.
-  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
+  void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const override {
     const double elapsed = std::clamp(until - begin_, 0.0, length_);
-    return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
+    std::ranges::transform(nodes, integrals.begin(), [&](std::size_t node) {
+      return elapsed * (start_[node] + 0.5 * elapsed * mean_velocity(node));
+    });
   }
 
-  [[nodiscard]] double line_place(std::size_t node, double at) const override {
-    return start_[node] + std::clamp(at - begin_, 0.0, length_) * mean_velocity(node);
+  void line_places(std::span<const std::size_t> nodes, double at, std::span<double> places) const override {
+    const double elapsed = std::clamp(at - begin_, 0.0, length_);
+    std::ranges::transform(nodes, places.begin(),
+                           [&](std::size_t node) { return start_[node] + elapsed * mean_velocity(node); });
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {

@@ -82,12 +82,10 @@ ModalModel::ModalModel(const Structure& structure, const FilterParameters& param
     throw InputError{message.str()};
   }
   weight_ = respond(loads.weight());
-  for (std::size_t number = 0; number < loads.count(); ++number) {
+  for (const LoadPattern& pattern : loads.patterns()) {
     std::vector<double> unit(masses_->points());
-    for (const Loads::LocalLoad& load : loads.local()) {
-      if (load.number == number) {
-        unit[static_cast<std::size_t>(load.local_node)] += load.share;
-      }
+    for (std::size_t i = 0; i < pattern.point.size(); ++i) {
+      unit[pattern.point[i]] += pattern.share[i];
     }
     unit_loads_.push_back(respond(unit));
   }
@@ -129,10 +127,13 @@ ModalModel::UnitLoad ModalModel::respond(std::span<const double> force) {
 void ModalModel::drive_from(double time) {
   const std::size_t count = unit_loads_.size();
   std::vector<double> values(2 * count + points_.size());
-  for (const Loads::LocalLoad& load : loads_->local()) {
-    const auto [force, rate] = Loads::evaluate(load.table, time);
-    values[2 * load.number] += load.share * force;
-    values[2 * load.number + 1] += load.share * rate;
+  for (std::size_t i = 0; i < count; ++i) {
+    const LoadPattern& pattern = loads_->patterns()[i];
+    const auto [force, rate] = pattern.table->at(time);
+    for (const double share : pattern.share) {
+      values[2 * i] += share * force;
+      values[2 * i + 1] += share * rate;
+    }
   }
   for (std::size_t c = 0; c < points_.size(); ++c) {
     const LinePoint& point = points_[c];

@@ -45,25 +45,50 @@ double EnergyBalance::load_work(const DenseOutput& step, double step_begin, doub
     return 0.0;
   }
   const std::vector<double> amplitudes = step.amplitude_integrals(until);
-  const auto corrected = equations_->line().corrected_modes();
   double work = 0.0;
-  for (const Loads::LocalLoad& load : equations_->loads().local()) {
-    const auto node = static_cast<std::size_t>(load.local_node);
-    double moved = 0.0;
-    Loads::each_piece(load.table, step_begin, until, [&](double begin, double end) {
-      const auto [force, rate] = Loads::evaluate(load.table, {begin, begin});
-      if (begin > step_begin) {
-        const auto before = Loads::evaluate(load.table, {begin, kinks_->piece_begin(step_begin, begin)});
-        moved += (force - before.force) * step.line_place(node, begin);
+  for (const LoadPattern& pattern : equations_->loads().patterns()) {
+    if (!pattern.table->steady() && !pattern.point.empty()) {
+      const std::vector<double> moved = changed_by(pattern, step, step_begin, until, amplitudes);
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        work -= pattern.share[i] * moved[i];
       }
-      moved += rate * (step.line_integral(node, end) - step.line_integral(node, begin));
-    });
-    for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
-      moved -= Loads::evaluate(load.table, step_begin).rate * amplitudes[mode] * corrected[mode].shape[node];
     }
-    work -= load.share * moved;
   }
   return work;
+}
+
+/// Integral of df/dt Yc at each point of a pattern, f its table's value. @param amplitudes integrals of the stretch's
+/// in corrected modes
+std::vector<double> EnergyBalance::changed_by(const LoadPattern& pattern, const DenseOutput& step, double step_begin,
+                                              double until, std::span<const double> amplitudes) const {
+  const TimeTable& table = *pattern.table;
+  std::vector<double> moved(pattern.point.size(), 0.0);
+  std::vector<double> place(moved.size());
+  std::vector<double> before(moved.size());
+  std::vector<double> after(moved.size());
+  table.each_piece(step_begin, until, [&](double begin, double end) {
+    const auto [value, rate] = table.at({begin, begin});
+    if (begin > step_begin) {
+      const double jump = value - table.at({begin, kinks_->piece_begin(step_begin, begin)}).value;
+      step.line_places(pattern.point, begin, place);
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        moved[i] += jump * place[i];
+      }
+    }
+    step.line_integrals(pattern.point, begin, before);
+    step.line_integrals(pattern.point, end, after);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      moved[i] += rate * (after[i] - before[i]);
+    }
+  });
+  const double rate = table.at(step_begin).rate;
+  const auto corrected = equations_->line().corrected_modes();
+  for (std::size_t mode = 0; mode < corrected.size(); ++mode) {
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      moved[i] -= rate * amplitudes[mode] * corrected[mode].shape[pattern.point[i]];
+    }
+  }
+  return moved;
 }
 
 double EnergyBalance::energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -61,19 +62,20 @@ Cause of_supports(const Equations& equations, std::span<const ContactSet> sets, 
 
 /// The part of a force that comes so fast within `span` after a time that the masses take it for a blow [N]: what it
 /// changes by, and no more than its mean.
-double sudden(const NodalLoad& load, double time, double span) {
-  const double before = time > 0.0 ? Loads::evaluate(load, time - kRounding * span).force : 0.0;
-  const double change = std::abs(Loads::evaluate(load, time + span).force - before);
+double sudden(const TimeTable& table, double time, double span) {
+  const double before = time > 0.0 ? table.at(time - kRounding * span).value : 0.0;
+  const double change = std::abs(table.at(time + span).value - before);
   double sum = 0.0;
   double from = time;
-  double force = std::abs(Loads::evaluate(load, time).force);
+  double force = std::abs(table.at(time).value);
   const auto add = [&](double until) {
-    const double next = std::abs(Loads::evaluate(load, until).force);
+    const double next = std::abs(table.at(until).value);
     sum += 0.5 * (until - from) * (force + next);
     from = until;
     force = next;
   };
-  for (auto row = std::ranges::upper_bound(load.time, time); row != load.time.end() && *row < time + span; ++row) {
+  const auto rows = table.time();
+  for (auto row = std::ranges::upper_bound(rows, time); row != rows.end() && *row < time + span; ++row) {
     add(*row);
   }
   add(time + span);
@@ -96,27 +98,34 @@ Cause of_loads(Equations& equations, double end) {
     }
   }
   times.push_back(end);
-  const auto force_of = [&](const Loads::LocalLoad& load, double time, bool blow) {
-    return load.share * (blow ? sudden(load.table, time, 1.0 / wf) : Loads::evaluate(load.table, time).force);
+  const auto value_of = [&](const LoadPattern& load, double time, bool blow) {
+    return blow ? sudden(*load.table, time, 1.0 / wf) : load.table->at(time).value;
   };
   const std::size_t count = times.size();
+  std::vector<double> shares;  // of each pattern: all that follows its table
+  for (const LoadPattern& load : loads.patterns()) {
+    shares.push_back(std::accumulate(load.share.begin(), load.share.end(), 0.0,
+                                     [](double sum, double share) { return sum + std::abs(share); }));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, shares.data(), static_cast<int>(shares.size()), MPI_DOUBLE, MPI_SUM,
+                equations.points().comm());
   std::vector<double> sizes(2 * count, 0.0);  // of all loads together: forces, then blows
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    for (const Loads::LocalLoad& load : loads.local()) {
-      sizes[k] += std::abs(force_of(load, times[k % count], k >= count));
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      sizes[k] += shares[i] * std::abs(value_of(loads.patterns()[i], times[k % count], k >= count));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sizes.data(), static_cast<int>(sizes.size()), MPI_DOUBLE, MPI_SUM,
-                equations.points().comm());
   std::vector<double> stretch(equations.axis().size());
   const std::vector<double> none(stretch.size(), 0.0);
   for (const bool blow : {false, true}) {
     const auto from = sizes.begin() + static_cast<std::ptrdiff_t>(blow ? count : 0);
     const auto largest = std::max_element(from, from + static_cast<std::ptrdiff_t>(count));
     std::vector<double> force(stretch.size(), 0.0);
-    for (const Loads::LocalLoad& load : loads.local()) {
-      force[static_cast<std::size_t>(load.local_node)] +=
-          force_of(load, times[static_cast<std::size_t>(largest - from)], blow);
+    for (const LoadPattern& load : loads.patterns()) {
+      const double value = value_of(load, times[static_cast<std::size_t>(largest - from)], blow);
+      for (std::size_t i = 0; i < load.point.size(); ++i) {
+        force[load.point[i]] += load.share[i] * value;
+      }
     }
     if (!std::isfinite(*largest)) {
       cause.add(*largest, 0.0);

@@ -54,9 +54,9 @@ void describe(Description& all, const InitialState& initial) {
 void describe(Description& all, std::span<const NodalLoad> loads) {
   const auto list = [&](std::string_view name, bool times) {
     all.add_all(name, loads, [times](const NodalLoad& load) {
-      const auto& [position, time, force] = load;
+      const auto& [position, table] = load;
       static_cast<void>(position);
-      return std::span<const double>{times ? time : force};
+      return times ? table->time() : table->value();
     });
   };
   all.add_each("loads, positions [m]", loads, [](const NodalLoad& load) { return load.position; });

@@ -1,13 +1,14 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "udar/petsc/error.hpp"
 
 namespace udar {
 
-Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal) : gravity_{gravity} {
-  nodes_ = points.points();
+Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal)
+    : gravity_{gravity}, nodes_{points.points()} {
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
     for (std::size_t point = 0; point < nodes_; ++point) {
@@ -16,28 +17,18 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
     }
   }
   for (const NodalLoad& load : nodal) {
-    bool ascending = std::ranges::is_sorted(load.time);
-    for (std::size_t i = 0; i + 1 < load.time.size(); ++i) {
-      if (load.time[i] == load.time[i + 1]) {
-        ascending = ascending && (i + 2 == load.time.size() || load.time[i + 2] > load.time[i]);
-        jumps_.push_back(load.time[i]);
-      }
-    }
-    if (load.time.empty() || load.time.size() != load.force.size() || !ascending) {
-      throw InputError{
-          "load table: the times [s] of a load table must be ascending, two equal ones for a jump, with a "
-          "force "
-          "[N] each"};
-    }
     require_on("load position", load.position, points.extent());
-    kinks_.insert(kinks_.end(), load.time.begin(), load.time.end());
-    time_dependent_ = time_dependent_ || load.time.size() > 1;
+    if (!load.table) {
+      throw InputError{"load table: none is given for a load, expected a force over time [N]"};
+    }
+    LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
     for (const auto& [point, share] : points.lever({.x = load.position})) {
       if (points.owns(point)) {
-        local_.push_back({.number = count_, .local_node = point - points.begin(), .share = share, .table = load});
+        pattern.point.push_back(static_cast<std::size_t>(point - points.begin()));
+        pattern.share.push_back(share);
       }
     }
-    ++count_;
+    add(std::move(pattern));
   }
   for (auto* times : {&kinks_, &jumps_}) {
     std::ranges::sort(*times);
@@ -45,64 +36,68 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   }
 }
 
-bool Loads::jumps_at(double time) const {
-  const auto next = std::ranges::lower_bound(jumps_, time, {}, just_after);
-  return next != jumps_.end() && *next <= just_after(time);
+void Loads::add(LoadPattern pattern) {
+  const TimeTable& table = *pattern.table;
+  kinks_.insert(kinks_.end(), table.time().begin(), table.time().end());
+  const std::vector<double> jumps = table.jumps();
+  jumps_.insert(jumps_.end(), jumps.begin(), jumps.end());
+  time_dependent_ = time_dependent_ || !table.steady();
+  loaded_ = loaded_ || !pattern.point.empty();
+  patterns_.push_back(std::move(pattern));
 }
 
-Loads::ForceAndRate Loads::evaluate(const NodalLoad& load, const Instant& at) {
-  const auto after = std::ranges::upper_bound(load.time, just_after(at.begin));
-  if (after == load.time.begin()) {
-    return {.force = load.force.front(), .rate = 0.0};
-  }
-  if (after == load.time.end()) {
-    return {.force = load.force.back(), .rate = 0.0};
-  }
-  const auto right = static_cast<std::size_t>(after - load.time.begin());
-  const double rate = (load.force[right] - load.force[right - 1]) / (load.time[right] - load.time[right - 1]);
-  return {.force = load.force[right - 1] + rate * (at.time - load.time[right - 1]), .rate = rate};
+bool Loads::jumps_at(double time) const {
+  const auto next = std::ranges::lower_bound(jumps_, time, {}, TimeTable::just_after);
+  return next != jumps_.end() && *next <= TimeTable::just_after(time);
 }
 
 std::size_t Loads::interval(double time) const {
-  return static_cast<std::size_t>(std::ranges::upper_bound(kinks_, just_after(time)) - kinks_.begin());
+  return static_cast<std::size_t>(std::ranges::upper_bound(kinks_, TimeTable::just_after(time)) - kinks_.begin());
 }
 
-/// Weight and loads together. @param value of one table
+/// Adds all patterns up. @param value of a table
 template <class Value>
-std::span<const double> Loads::sum(std::vector<double>& work, const Value& value) const {
-  if (local_.empty()) {
+void Loads::sum(std::vector<double>& work, const Value& value) const {
+  for (const LoadPattern& pattern : patterns_) {
+    const double factor = pattern.point.empty() ? 0.0 : value(*pattern.table);
+    for (std::size_t i = 0; i < pattern.point.size(); ++i) {
+      work[pattern.point[i]] += pattern.share[i] * factor;
+    }
+  }
+}
+
+std::span<const double> Loads::force(const Instant& at, std::vector<double>& work) const {
+  if (!loaded_) {
     return weight_;
   }
   work = weight_;
   work.resize(nodes_);
-  for (const LocalLoad& load : local_) {
-    work[static_cast<std::size_t>(load.local_node)] += load.share * value(load.table);
-  }
+  sum(work, [&](const TimeTable& table) { return table.at(at).value; });
   return work;
 }
 
-std::span<const double> Loads::force(const Instant& at, std::vector<double>& work) const {
-  return sum(work, [&](const NodalLoad& load) { return evaluate(load, at).force; });
-}
-
 std::span<const double> Loads::mean(double from, double to, std::vector<double>& work) const {
-  return sum(work, [&](const NodalLoad& load) {
+  if (!loaded_) {
+    return weight_;
+  }
+  work = weight_;
+  work.resize(nodes_);
+  sum(work, [&](const TimeTable& table) {
     double impulse = 0.0;
-    each_piece(load, from, to, [&](double begin, double end) {
-      impulse += (end - begin) * evaluate(load, {0.5 * (begin + end), begin}).force;
+    table.each_piece(from, to, [&](double begin, double end) {
+      impulse += (end - begin) * table.at({0.5 * (begin + end), begin}).value;
     });
     return impulse / (to - from);
   });
+  return work;
 }
 
 std::span<const double> Loads::rate(const Instant& at, std::vector<double>& work) const {
-  if (local_.empty()) {
+  if (!loaded_) {
     return {};
   }
   work.assign(nodes_, 0.0);
-  for (const LocalLoad& load : local_) {
-    work[static_cast<std::size_t>(load.local_node)] += load.share * evaluate(load.table, at).rate;
-  }
+  sum(work, [&](const TimeTable& table) { return table.at(at).rate; });
   return work;
 }
 

@@ -267,7 +267,7 @@ TEST(CorrectedLine, KeepsItsEnergyByAllIntegratorsAlike) {
   if (test::world_size() > 1) {
     GTEST_SKIP() << "verification.ranks compares ranks";
   }
-  const NodalLoad load{.position = 3.0, .time = {0.0, 0.05, 0.123, 0.3}, .force = {0.0, 0.0, 40000.0, -10000.0}};
+  const NodalLoad load{.position = 3.0, .table = time_table({0.0, 0.05, 0.123, 0.3}, {0.0, 0.0, 40000.0, -10000.0})};
   struct Try {
     std::vector<std::size_t> numbers;
     double stiffness;

@@ -256,7 +256,7 @@ TEST_P(MotionOfModes, KeepsItsEnergyWithCorrectedModes) {
   const bool impact = std::string{GetParam()} == "impact";
   const test::Option tolerance{"-ts_rtol", impact ? "1e-10" : "1e-11"};
   const test::Option end{"-ts_max_time", "0.5"};
-  const NodalLoad load{.position = 3.0, .time = {0.05, 0.123, 0.3}, .force = {0.0, 40000.0, -10000.0}};
+  const NodalLoad load{.position = 3.0, .table = time_table({0.05, 0.123, 0.3}, {0.0, 40000.0, -10000.0})};
   const InitialState initial{.height = 0.2, .slope = 0.02};
   struct Try {
     std::vector<std::size_t> named;

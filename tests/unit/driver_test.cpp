@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -90,7 +92,7 @@ TEST(SnapshotSchedule, GoesOnBehindTheRowsThatWereTaken) {
 
 TEST(Kinks, SayWhereThePiecesOfAStepBegin) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(2)};
-  const Loads loads{beam.points(), 0.0, {{.position = 0.0, .time = {0.1, 0.5}, .force = {0.0, 1.0}}}};
+  const Loads loads{beam.points(), 0.0, {{.position = 0.0, .table = time_table({0.1, 0.5}, {0.0, 1.0})}}};
   const Kinks kinks{loads, {}};
   EXPECT_EQ(kinks.after(0.0), 0.1);
   EXPECT_EQ(kinks.after(0.1), 0.5);
@@ -123,7 +125,10 @@ class Still final : public DenseOutput {
   explicit Still(double height) : height_{height} {}
   void masses(double /*time*/, std::span<double> /*position*/, std::span<double> /*velocity*/,
               std::span<std::uint8_t> /*resting*/) const override {}
-  [[nodiscard]] double line_integral(std::size_t /*node*/, double until) const override { return height_ * until; }
+  void line_integrals(std::span<const std::size_t> /*nodes*/, double until,
+                      std::span<double> integrals) const override {
+    std::ranges::fill(integrals, height_ * until);
+  }
 
  private:
   double height_;
@@ -134,7 +139,7 @@ struct Balanced {
   test::Fall fall{{.beam = test::steel_beam(1),
                    .filter = {.filter_frequency = 100.0},
                    .gravity = 0.0,
-                   .loads = {{.position = 0.0, .time = {0.0, 10.0}, .force = {0.0, 30.0}}},
+                   .loads = {{.position = 0.0, .table = time_table({0.0, 10.0}, {0.0, 30.0})}},
                    .initial = {.height = 2.0, .velocity = 1.0}}};
   Kinks kinks{fall.loads, {}};
   EnergyBalance balance{fall.equations, fall.dynamics.contact(), kinks};

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
@@ -281,10 +283,10 @@ TEST(BeamChain, RefusesLineSupportsOffTheBeamOrPushing) {
 }
 
 TEST(Loads, FollowTheirTablesAndHoldTheEnds) {
-  const NodalLoad load{.position = 0.0, .time = {1.0, 2.0, 4.0}, .force = {10.0, 30.0, -10.0}};
+  const TimeTable table{{1.0, 2.0, 4.0}, {10.0, 30.0, -10.0}};
   const auto expect = [&](double time, double force, double rate) {
-    const auto now = Loads::evaluate(load, time);
-    EXPECT_DOUBLE_EQ(now.force, force) << "t = " << time;
+    const auto now = table.at(time);
+    EXPECT_DOUBLE_EQ(now.value, force) << "t = " << time;
     EXPECT_DOUBLE_EQ(now.rate, rate) << "t = " << time;
   };
   expect(0.0, 10.0, 0.0);
@@ -296,11 +298,11 @@ TEST(Loads, FollowTheirTablesAndHoldTheEnds) {
 }
 
 TEST(Loads, JumpBetweenTwoRowsOfOneTime) {
-  const NodalLoad load{.position = 0.0, .time = {0.0, 1.0, 1.0, 2.0}, .force = {0.0, 2.0, -4.0, -4.0}};
-  EXPECT_DOUBLE_EQ(Loads::evaluate(load, {1.0, 0.5}).force, 2.0);  // at the end of a step
-  EXPECT_DOUBLE_EQ(Loads::evaluate(load, {1.0, 0.5}).rate, 2.0);
-  EXPECT_DOUBLE_EQ(Loads::evaluate(load, 1.0).force, -4.0);
-  EXPECT_DOUBLE_EQ(Loads::evaluate(load, 1.0).rate, 0.0);
+  const NodalLoad load{.position = 0.0, .table = time_table({0.0, 1.0, 1.0, 2.0}, {0.0, 2.0, -4.0, -4.0})};
+  EXPECT_DOUBLE_EQ(load.table->at({1.0, 0.5}).value, 2.0);  // at the end of a step
+  EXPECT_DOUBLE_EQ(load.table->at({1.0, 0.5}).rate, 2.0);
+  EXPECT_DOUBLE_EQ(load.table->at(1.0).value, -4.0);
+  EXPECT_DOUBLE_EQ(load.table->at(1.0).rate, 0.0);
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
   const Loads loads{beam.points(), 0.0, {load}};
   EXPECT_EQ(loads.kinks(), (std::vector<double>{0.0, 1.0, 2.0}));
@@ -314,7 +316,7 @@ TEST(Loads, JumpBetweenTwoRowsOfOneTime) {
 TEST(Loads, BetweenNodesKeepForceAndMoment) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
   for (const double x : {0.0, 0.7, 2.5, 6.0, 10.0}) {
-    const Loads loads{beam.points(), 0.0, {{.position = x, .time = {0.0}, .force = {8.0}}}};
+    const Loads loads{beam.points(), 0.0, {{.position = x, .table = time_table({0.0}, {8.0})}}};
     std::vector<double> work;
     double force = 0.0;
     double moment = 0.0;
@@ -339,17 +341,34 @@ TEST(BeamChain, EndsAreOnTheBeamWhateverRoundingDoesToTheirSum) {
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
   EXPECT_LT(beam.length(), 0.8);
   EXPECT_TRUE(beam.fixed(8));
-  EXPECT_NO_THROW((Loads{beam.points(), 0.0, {{.position = 0.8, .time = {0.0}, .force = {1.0}}}}));
+  EXPECT_NO_THROW((Loads{beam.points(), 0.0, {{.position = 0.8, .table = time_table({0.0}, {1.0})}}}));
   EXPECT_EQ(find_contacts(beam.points(), {{.position = 0.8}}).sets.size(), 0U);  // found, and fixed
   EXPECT_THROW(require_on("x", 0.8 + 1e-8, beam.points().extent()), InputError);
 }
 
+TEST(Loads, VisitThePiecesOfATableInATime) {
+  const TimeTable table{{0.0, 1.0, 1.0, 2.0, 3.0}, {0.0, 2.0, -4.0, -4.0, 1.0}};
+  const auto pieces = [&](double from, double to) {
+    std::vector<std::pair<double, double>> all;
+    table.each_piece(from, to, [&](double begin, double end) { all.emplace_back(begin, end); });
+    return all;
+  };
+  using Pieces = std::vector<std::pair<double, double>>;
+  EXPECT_EQ(pieces(-1.0, 2.5), (Pieces{{-1.0, 0.0}, {0.0, 1.0}, {1.0, 2.0}, {2.0, 2.5}}));
+  EXPECT_EQ(pieces(1.0, 2.0), (Pieces{{1.0, 2.0}}));
+  EXPECT_EQ(pieces(std::nextafter(1.0, 0.0), std::nextafter(2.0, 3.0)).size(), 1U) << "ends at rows, but for rounding";
+  EXPECT_EQ(pieces(4.0, 5.0), (Pieces{{4.0, 5.0}}));
+  EXPECT_EQ(table.jumps(), std::vector<double>{1.0});
+}
+
 TEST(Loads, RefuseTablesThatDoNotAscend) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
-  EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 1.0, .time = {0.0, 0.0, 0.0}, .force = {1.0, 2.0, 3.0}}}}),
-               InputError);
-  EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 1.0, .time = {}, .force = {}}}}), InputError);
-  EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 11.0, .time = {0.0}, .force = {1.0}}}}), InputError);
+  EXPECT_THROW(time_table({0.0, 0.0, 0.0}, {1.0, 2.0, 3.0}), InputError);
+  EXPECT_THROW(time_table({0.0, 1.0, 0.5}, {1.0, 2.0, 3.0}), InputError);
+  EXPECT_THROW(time_table({0.0, 1.0}, {1.0}), InputError);
+  EXPECT_THROW(time_table({}, {}), InputError);
+  EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 1.0, .table = nullptr}}}), InputError);
+  EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 11.0, .table = time_table({0.0}, {1.0})}}}), InputError);
 }
 
 TEST(InitialMasses, FollowAxisRotationAndShapeButHeldEndsStay) {

@@ -320,7 +320,7 @@ TEST(ChebyshevOnLine, StartsOnItsSupports) {
     parameters.initial = {.height = 0.0, .velocity = velocity};
     parameters.supports.push_back({.position = 5.0});
     if (force > 0.0) {
-      parameters.loads = {{.position = 4.0, .time = {0.0, 0.05, 0.1}, .force = {0.0, force, -force}}};
+      parameters.loads = {{.position = 4.0, .table = time_table({0.0, 0.05, 0.1}, {0.0, force, -force})}};
     }
     const Held exact = held_fall("chebyshev", "1e-14", "0.12", parameters);
     const Held impact = held_fall("impact", "1e-10", "0.12", parameters);
@@ -339,7 +339,7 @@ double lifted_end(PetscInt elements, double length, std::size_t dense_points, do
   const double q = segment.mass_per_length * test::kGravity;
   const double lift = 0.5 * q * length;
   const double h = segment.length / static_cast<double>(elements);
-  const std::vector<NodalLoad> load{{.position = segment.length, .time = {0.0}, .force = {lift}}};
+  const std::vector<NodalLoad> load{{.position = segment.length, .table = time_table({0.0}, {lift})}};
   const BeamChain beam{PETSC_COMM_WORLD, parameters};
   FilteredStructure line{beam, {.filter_frequency = 10.0}};
   const Loads loads{beam.points(), test::kGravity, load};

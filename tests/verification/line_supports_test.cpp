@@ -420,7 +420,8 @@ TEST(LineSupportsOfAllKinds, EverStifferSpringsAreRigidInTheEnd) {
 /// the table. A rigid bar of one element falls by them as a ball does.
 TEST(Moreau, ALoadMayJumpWithinAStep) {
   const test::Option end{"-ts_max_time", "1"};
-  const NodalLoad pulse{.position = 5.0, .time = {0.1234, 0.1234, 0.4567, 0.4567}, .force = {0.0, 3000.0, 3000.0, 0.0}};
+  const NodalLoad pulse{.position = 5.0,
+                        .table = time_table({0.1234, 0.1234, 0.4567, 0.4567}, {0.0, 3000.0, 3000.0, 0.0})};
   test::Fall bar{{.beam = test::steel_beam(8),
                   .filter = test::unfiltered(0.01),
                   .gravity = 0.0,

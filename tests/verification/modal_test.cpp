@@ -233,7 +233,7 @@ TEST(Modal, RigidPointsAreMetWithinTheScatterOfTheTruth) {
 TEST(Modal, AnswersWithTheUnfilteredBeamToLoadsMotionAndDampers) {
   // Moreau-Jean at this step is itself off by some 4e-5 m; all modes but three are there.
   ModelParameters parameters = landing(20, two(2e7), 0.6);
-  parameters.loads = {{.position = 3.3, .time = {0.0, 0.05, 0.05, 0.15}, .force = {0.0, 1e4, -2e4, 0.0}}};
+  parameters.loads = {{.position = 3.3, .table = time_table({0.0, 0.05, 0.05, 0.15}, {0.0, 1e4, -2e4, 0.0})}};
   for (Support& support : parameters.supports) {
     support.damping = 2e4;
     support.motion =

@@ -390,7 +390,7 @@ TEST_P(Motion, PlasticFlightWithoutGravityRestsAndLeaves) {
 TEST_P(Motion, TimeTableGivesItsImpulseAndItsWork) {
   const test::Option end{"-ts_max_time", "0.5"};
   const test::Option tolerance{"-ts_rtol", rtol("1e-11")};
-  const NodalLoad load{.position = 3.0, .time = {0.05, 0.123, 0.3}, .force = {0.0, 4000.0, -1000.0}};
+  const NodalLoad load{.position = 3.0, .table = time_table({0.05, 0.123, 0.3}, {0.0, 4000.0, -1000.0})};
   test::Fall fall{test::steel_beam(20), 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
@@ -408,7 +408,7 @@ TEST_P(Motion, AnswersAreInProportionToTheLoadOverTwelveDecades) {
   BeamParameters beam = test::steel_beam(10);
   beam.left = test::kClamped;
   const auto positions = [&](double force) {
-    const NodalLoad load{.position = 10.0, .time = {0.0, 0.01, 0.02}, .force = {0.0, force, 0.0}};
+    const NodalLoad load{.position = 10.0, .table = time_table({0.0, 0.01, 0.02}, {0.0, force, 0.0})};
     test::Fall fall{beam, 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
     test::Recorder record{0.02};
     fall.dynamics.add_observer(record);
@@ -433,7 +433,7 @@ TEST_P(Motion, ALoadThatBeginsLateKeepsTheBalance) {
   const test::Option tolerance{"-ts_rtol", "1e-8"};
   BeamParameters beam = test::steel_beam(10);
   beam.left = test::kClamped;
-  const NodalLoad load{.position = 5.0, .time = {0.0, 0.3, 0.6}, .force = {0.0, 0.0, 0.1}};
+  const NodalLoad load{.position = 5.0, .table = time_table({0.0, 0.3, 0.6}, {0.0, 0.0, 0.1})};
   test::Fall fall{beam, 100.0, 0.0, {.height = 0.0}, {}, {}, {load}};
   test::Recorder record{0.005};
   fall.dynamics.add_observer(record);
@@ -446,14 +446,16 @@ TEST_P(Motion, ManyKinksOfATableGiveTheirImpulseAndTheirWork) {
   const test::Option end{"-ts_max_time", "0.3"};
   const test::Option tolerance{"-ts_rtol", rtol("1e-11")};
   const test::Option steps{"-ts_adapt_dt_max", "2.5e-4"};  // eight of them are two milliseconds, but for rounding
-  NodalLoad load{.position = 3.0, .time = {}, .force = {}};
+  std::vector<double> time;
+  std::vector<double> force;
   double impulse = 0.0;
   for (int k = 0; k <= 150; ++k) {
-    load.time.push_back(0.002 * k);
-    load.force.push_back(4000.0 * std::sin(2.0 * M_PI * 8.0 * load.time.back()) + (k % 2 == 0 ? 500.0 : -500.0));
+    time.push_back(0.002 * k);
+    force.push_back(4000.0 * std::sin(2.0 * M_PI * 8.0 * time.back()) + (k % 2 == 0 ? 500.0 : -500.0));
     const auto last = static_cast<std::size_t>(k);
-    impulse += k > 0 ? 0.5 * (load.time[last] - load.time[last - 1]) * (load.force[last - 1] + load.force[last]) : 0.0;
+    impulse += k > 0 ? 0.5 * (time[last] - time[last - 1]) * (force[last - 1] + force[last]) : 0.0;
   }
+  const NodalLoad load{.position = 3.0, .table = time_table(time, force)};
   test::Fall fall{test::steel_beam(20), 1000.0, 0.0, {.height = 0.0}, {}, {}, {load}};
   test::Recorder record{0.1};
   fall.dynamics.add_observer(record);
@@ -471,15 +473,15 @@ TEST_P(Motion, AJumpOfALoadIsWhatSteepRampsTendTo) {
   const test::Option tolerance{"-ts_rtol", rtol("1e-11")};
   constexpr double kRamp = 1e-6;  // [s]; what it changes is of its square, but for masses that it lets go
   for (const bool rests : {false, true}) {
-    NodalLoad jump{.position = 3.2, .time = {}, .force = {}};
-    NodalLoad ramp{.position = 3.2, .time = {}, .force = {}};
+    std::vector<double> jump_time;
+    std::vector<double> ramp_time;
+    std::vector<double> forces;
     double before = 0.0;
     double impulse = 0.0;
     for (const auto& [time, force] : {std::pair{0.05, 60000.0}, {0.12, -20000.0}, {0.2, 0.0}}) {
-      jump.time.insert(jump.time.end(), {time, time});
-      jump.force.insert(jump.force.end(), {before, force});
-      ramp.time.insert(ramp.time.end(), {time - 0.5 * kRamp, time + 0.5 * kRamp});
-      ramp.force.insert(ramp.force.end(), {before, force});
+      jump_time.insert(jump_time.end(), {time, time});
+      ramp_time.insert(ramp_time.end(), {time - 0.5 * kRamp, time + 0.5 * kRamp});
+      forces.insert(forces.end(), {before, force});
       impulse += force * (time == 0.05 ? 0.07 : 0.08);
       before = force;
     }
@@ -487,8 +489,13 @@ TEST_P(Motion, AJumpOfALoadIsWhatSteepRampsTendTo) {
     std::array<test::Recorder, 2> record{test::Recorder{0.05}, test::Recorder{0.05}};
     std::array<double, 2> momentum{};
     for (std::size_t k = 0; k < 2; ++k) {
-      test::Fall fall{test::steel_beam(20),  100.0, rests ? test::kGravity : 0.0, {.height = 0.0}, supports, {},
-                      {k == 0 ? jump : ramp}};
+      test::Fall fall{test::steel_beam(20),
+                      100.0,
+                      rests ? test::kGravity : 0.0,
+                      {.height = 0.0},
+                      supports,
+                      {},
+                      {{.position = 3.2, .table = time_table(k == 0 ? jump_time : ramp_time, forces)}}};
       fall.dynamics.add_observer(record[k]);
       fall.dynamics.solve();
       momentum[k] = test::momentum_of(fall.line, fall.dynamics);

@@ -433,7 +433,7 @@ TEST_P(OnSupports, StepLoadOnADampedOscillatorFollowsTheClosedForm) {
   beam.right = beam.left;
   std::vector<NodalLoad> loads;
   for (const double x : {0.0, 1.0}) {
-    loads.push_back({.position = x, .time = {0.0, ramp, 10.0}, .force = {0.0, 50.0, 50.0}});
+    loads.push_back({.position = x, .table = time_table({0.0, ramp, 10.0}, {0.0, 50.0, 50.0})});
   }
   for (const double stiffness : {0.02, 0.06}) {
     test::Fall fall{beam, wf, 0.0, {.height = 0.0}, {}, {}, loads, {.stiffness = stiffness}};
@@ -515,7 +515,7 @@ TEST_P(OnSupports, DampedFallKeepsTheLedgerAndComesToRest) {
   Support moving{.position = 2.0, .width = 1.0, .restitution = 0.3};
   moving.motion = swung();
   const Support pad{.position = 8.0, .width = 1.0, .restitution = 0.3};
-  const NodalLoad load{.position = 5.0, .time = {0.1, 0.15, 0.4, 0.7}, .force = {0.0, -3e4, 2e4, 0.0}};
+  const NodalLoad load{.position = 5.0, .table = time_table({0.1, 0.15, 0.4, 0.7}, {0.0, -3e4, 2e4, 0.0})};
   test::Fall fall{test::steel_beam(30), 100.0, test::kGravity, {.height = 0.3},
                   {moving, pad},        {},    {load},         {.mass = 0.5, .stiffness = 2e-3}};
   test::Recorder record{0.02};

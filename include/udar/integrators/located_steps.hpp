@@ -2,8 +2,11 @@
 /// @file
 /// Impacts located on the steps of PETSc's explicit integrators.
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "udar/integrators/event_search.hpp"
@@ -43,8 +46,9 @@ class LocatedSteps final : public Integrator {
               std::span<std::uint8_t> resting) const override {
     motion_.masses(time, position, velocity, resting);
   }
-  [[nodiscard]] double line_integral(std::size_t node, double until) const override {
-    return motion_.line_integral(node, until);
+  void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const override {
+    std::ranges::transform(nodes, integrals.begin(),
+                           [&](std::size_t node) { return motion_.line_integral(node, until); });
   }
   [[nodiscard]] EnergyFlow flow(double until) const override;
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {

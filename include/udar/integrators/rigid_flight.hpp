@@ -40,7 +40,7 @@ class RigidFlight {
   void at(double elapsed, std::span<double> position, std::span<double> velocity) const;
   [[nodiscard]] double acceleration(double elapsed, std::size_t node) const;  ///< [m/s^2]
   /// As `DenseOutput` has them.
-  [[nodiscard]] double line_integral(double elapsed, std::size_t node) const;
+  void line_integrals(double elapsed, std::span<const std::size_t> nodes, std::span<double> integrals) const;
   [[nodiscard]] std::vector<double> amplitude_integrals(double elapsed) const;
   /// @}
   /// Offers contact the smallest distances of the line from its supports.

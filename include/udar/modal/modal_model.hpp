@@ -75,7 +75,7 @@ class ModalModel {
   std::unique_ptr<ModalBasis> basis_;
   std::vector<std::vector<double>> columns_;  // G b' of each point
   UnitLoad weight_;                           // all of it
-  std::vector<UnitLoad> unit_loads_;          // of each load of the structure
+  std::vector<UnitLoad> unit_loads_;          // of each pattern of loads
   std::vector<double> force_;                 // of these from `drive_.time` on [N]
   std::vector<double> force_rate_;            // [N/s]
   std::vector<double> axis_;

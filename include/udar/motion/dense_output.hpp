@@ -22,12 +22,12 @@ class DenseOutput {
   /// @brief Ym [m], Vm [m/s] and nonzero where resting, at a time within the step, before the events at its end.
   virtual void masses(double time, std::span<double> position, std::span<double> velocity,
                       std::span<std::uint8_t> resting) const = 0;
-  /// @brief Integral of Ym and the stretch [m s] at a local node that has a load, from the start of the step to a time
+  /// @brief Integrals of Ym and the stretch [m s] at local nodes that have a load, from the start of the step to a time
   /// within it.
-  [[nodiscard]] virtual double line_integral(std::size_t node, double until) const = 0;
-  /// @brief Where the line is at such a node and time [m]; asked for only where a load jumps within a step, which those
-  /// of fixed length alone do not end at.
-  [[nodiscard]] virtual double line_place(std::size_t /*node*/, double /*at*/) const { return 0.0; }
+  virtual void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const = 0;
+  /// @brief Where the line is at such nodes and a time [m]; asked for only where a load jumps within a step, which
+  /// those of fixed length alone do not end at.
+  virtual void line_places(std::span<const std::size_t> /*nodes*/, double /*at*/, std::span<double> /*places*/) const {}
   /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
   /// a time within it; asked for where loads change. @note Collective.
   [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }

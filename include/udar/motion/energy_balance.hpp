@@ -3,6 +3,7 @@
 /// The energy ledger of a motion, and what it says about the integration.
 
 #include <span>
+#include <vector>
 
 #include "udar/motion/contact_state.hpp"
 #include "udar/motion/dense_output.hpp"
@@ -57,6 +58,8 @@ class EnergyBalance {
   /// @}
 
  private:
+  [[nodiscard]] std::vector<double> changed_by(const LoadPattern& pattern, const DenseOutput& step, double step_begin,
+                                               double until, std::span<const double> amplitudes) const;
   [[nodiscard]] bool on_first_rank() const { return equations_->points().begin() == 0; }
 
   Equations* equations_;

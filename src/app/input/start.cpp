@@ -1,3 +1,7 @@
+#include <map>
+#include <memory>
+#include <string>
+
 #include "app/input/readers.hpp"
 #include "udar/petsc/options.hpp"
 
@@ -58,10 +62,15 @@ StartInput read_start(MPI_Comm comm) {
   }
   if (!load_position.empty() || !load_table.empty()) {
     load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
+    std::map<std::string, std::shared_ptr<const TimeTable>> tables;  // places that name one file share its table
     for (std::size_t i = 0; i < load_position.size(); ++i) {
-      const io::Table table = io::read_table(comm, "load table", load_table[i], {.names = {"time [s]", "force [N]"}});
-      require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
-      input.loads.push_back({.position = load_position[i], .time = column(table, 0), .force = column(table, 1)});
+      std::shared_ptr<const TimeTable>& shared = tables[load_table[i]];
+      if (!shared) {
+        const io::Table table = io::read_table(comm, "load table", load_table[i], {.names = {"time [s]", "force [N]"}});
+        require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
+        shared = time_table(column(table, 0), column(table, 1));
+      }
+      input.loads.push_back({.position = load_position[i], .table = shared});
     }
   }
   return input;
