@@ -204,7 +204,7 @@ std::vector<double> ModalBasis::residual(std::span<const double> force) {
     for (std::size_t m = 0; m < modes(); ++m) {
       rest[i] -= mass[i] * shapes_[m][i] * modal[m];
     }
-    left += rest[i] * rest[i];
+    left += line_.points().fixed(i) ? 0.0 : rest[i] * rest[i];  // what is held takes its force by itself
   }
   left = add_up(line_.points().comm(), left);
   whole = add_up(line_.points().comm(), whole);

@@ -126,25 +126,17 @@ ModalModel::UnitLoad ModalModel::respond(std::span<const double> force) {
 
 void ModalModel::drive_from(double time) {
   const std::size_t count = unit_loads_.size();
-  std::vector<double> values(2 * count + points_.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const LoadPattern& pattern = loads_->patterns()[i];
-    const auto [force, rate] = pattern.table->at(time);
-    for (const double share : pattern.share) {
-      values[2 * i] += share * force;
-      values[2 * i + 1] += share * rate;
-    }
-  }
+  drive_ = {.time = time, .load = weight_.modal};
+  drive_.offset.resize(points_.size());
   for (std::size_t c = 0; c < points_.size(); ++c) {
     const LinePoint& point = points_[c];
     if (masses_->owns(point.node)) {
       const double axis = axis_[static_cast<std::size_t>(point.node - masses_->begin())];
-      values[2 * count + c] = point.side * (axis - point.height);
+      drive_.offset[c] = point.side * (axis - point.height);
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, masses_->comm());
-  drive_ = {.time = time, .load = weight_.modal};
-  drive_.offset.assign(values.end() - static_cast<std::ptrdiff_t>(points_.size()), values.end());
+  MPI_Allreduce(MPI_IN_PLACE, drive_.offset.data(), static_cast<int>(points_.size()), MPI_DOUBLE, MPI_SUM,
+                masses_->comm());
   const auto add = [](std::vector<double>& to, double factor, const std::vector<double>& what) {
     to.resize(what.size());
     std::ranges::transform(to, what, to.begin(), [factor](double sum, double one) { return sum + factor * one; });
@@ -153,8 +145,9 @@ void ModalModel::drive_from(double time) {
   force_.assign(count, 0.0);
   force_rate_.assign(count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    force_[i] = values[2 * i];
-    force_rate_[i] = values[2 * i + 1];
+    const auto [force, rate] = loads_->patterns()[i].table->at(time);
+    force_[i] = force;
+    force_rate_[i] = rate;
     add(drive_.load, force_[i], unit_loads_[i].modal);
     add(drive_.load_rate, force_rate_[i], unit_loads_[i].modal);
     add(drive_.offset, force_[i], unit_loads_[i].at);

@@ -84,6 +84,19 @@ class OneMember(ModalTest):
         self.compare(1e-8, support_stiffness="2e8,1e7", support_damping="0,1e4", support_motion=f"{motion},none",
                      damping_ratio=0.01, load_position=3.25, load_table=load, ts_max_time=0.3)
 
+    def test_load_on_a_node_that_faces_an_oblique_plane(self):
+        # Far from the plane: but for the axes of its unknowns the node is as any other.
+        load = self.scratch / "load.csv"
+        load.write_text("time,force\n0,0\n0.02,1e4\n0.02,-2e4\n0.04,0\n")
+        flight = {**NETWORK, "modal_modes": SPACE, "gravity": 0, "initial_height": 0, "network_file": self.member(),
+                  "support_position": 0, "support_width": 0.1, "support_height": -1, "support_stiffness": 2e8,
+                  "load_position": 0, "load_table": load, "gauge_place": "0,0,0,10,0,0", "ts_max_time": 0.05,
+                  "output_interval": 1e-3}
+        straight = self.run_case({**flight, "support_normal": "0,1,0"}, name="straight")
+        oblique = self.run_case({**flight, "support_normal": "1,2,0"}, name="oblique")
+        self.near(straight, oblique, 1e-9)
+        self.near(straight, oblique, 1e-8, "energy.csv")
+
     def test_turned(self):
         # No gravity, which does not turn.
         flight = {**NETWORK, "modal_modes": SPACE, "gravity": 0, "initial_height": 0, "support_height": -0.001,
