@@ -108,6 +108,11 @@ void check_space(const CaseInput& input) {
         "options -support_normal, -support_friction, -support_y_* and -support_z_* are not allowed without "
         "-structure_type network"};
   }
+  if (input.structure.beam() && std::ranges::any_of(input.start.base_motion, [](const BaseMotion& motion) {
+        return motion.direction().x != 0.0 || motion.direction().z != 0.0;
+      })) {
+    throw InputError{"option -base_motion_direction: not allowed with a beam, whose masses move along y alone"};
+  }
   if (input.start.in_space) {
     throw InputError{
         "options -initial_velocity_x, -initial_velocity_z and -initial_spin are not allowed without -structure_type "
@@ -145,6 +150,7 @@ CaseInput read_case(MPI_Comm comm) {
     check_unfiltered(input);
   }
   input.start = read_start(comm);
+  input.start.base_motion = read_base_motion(comm);
   input.contact = read_contact(comm, input.structure.network);
   input.output = read_output(comm);
   check_gauges(input);
@@ -166,6 +172,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.filter = settled_filter(comm, input, settled);
   settled.gravity = input.start.gravity;
   settled.loads = input.start.loads;
+  settled.base_motion = input.start.base_motion;
   settled.damping = input.start.damping;
   settled.damping_ratio = input.start.damping_ratio;
   settled.initial = input.start.initial;

@@ -22,7 +22,7 @@ constexpr double kHighFall = 1000.0;
 
 bool moves_as_rigid(const Case& input, const Structure& structure) {
   const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
-  return !structure.grounded() && input.loads.empty() && input.initial.shape.x.empty() &&
+  return !structure.grounded() && input.loads.empty() && input.base_motion.empty() && input.initial.shape.x.empty() &&
          std::ranges::none_of(input.beam.segments, gap);
 }
 
@@ -157,6 +157,12 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
            << -100.0 * modes.front().distortion() << " %";
     }
     text << '\n';
+  }
+  for (const BaseMotion& motion : input.base_motion) {
+    const auto& [x, y, z] = motion.direction();
+    const auto times = motion.acceleration()->time();
+    text << "base      moves along (" << x << ", " << y << ", " << z << ") from t = " << times.front() << " to "
+         << times.back() << " s with at most " << motion.peak() << " m/s^2, and all is told in its frame\n";
   }
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
   if (const double depth = pressed_at_start(input, points); depth > 0.0) {

@@ -19,7 +19,7 @@ constexpr auto kCountable = static_cast<double>(std::numeric_limits<PetscInt>::m
 constexpr double kText = 25.0;
 constexpr double kBinary = 8.0;
 // Columns of energy.csv; those of contact.csv before the supports'; of a support there, and of a gauge.
-constexpr double kEnergyColumns = 12.0;
+constexpr double kEnergyColumns = 13.0;
 constexpr double kZoneColumns = 4.0;
 constexpr double kSupportColumns = 2.0;
 constexpr double kGaugeColumns = 3.0;
@@ -42,7 +42,8 @@ OutputSize output_size(const Case& input) {
     nodes += static_cast<double>(segment.elements) + 1.0;
   }
   const double contact = kZoneColumns + kSupportColumns * static_cast<double>(input.supports.size());
-  const double gauges = kGaugeColumns * static_cast<double>(input.gauges.size());
+  const double absolute = input.base_motion.empty() ? 1.0 : 2.0;  // these beside those relative to the base
+  const double gauges = absolute * kGaugeColumns * static_cast<double>(input.gauges.size());
   OutputSize size{.rows = rows_of(input.output.interval, input.end_time),
                   .field_rows = rows_of(input.output.field_interval, input.end_time)};
   size.bytes = size.rows * (kText * (1.0 + gauges) + (kText + kBinary) * (kEnergyColumns + contact)) +

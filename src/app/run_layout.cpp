@@ -1,6 +1,7 @@
 #include "app/run_layout.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -38,6 +39,11 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
     layout.gauge_node.push_back(points.nearest(gauge));
     layout.gauge_height.push_back(points.height_of(layout.gauge_node.back()));
     layout.gauge_position.push_back(gauge.x);
+  }
+  if (!input.base_motion.empty()) {
+    layout.base = [motions = input.base_motion](double time) {
+      return std::array{base_displacement(motions, time).y, base_velocity(motions, time).y};
+    };
   }
   for (const Support& support : input.supports) {
     const bool bounded = std::isfinite(support.x.length());  // a box's

@@ -163,13 +163,13 @@ PetscErrorCode ImpactDynamics::post_step_callback(TS stepper) {
 /// Loads that jump at the end of a step. @param begin since when they were as before
 void ImpactDynamics::jump_loads(double begin) {
   LineState line;
-  const auto energy = [&](const Instant& at) {
+  const auto side = [&](const Instant& at) {
     const ReadArray state{state_};
-    return balance_.energy(at, {state.values(), count()}, {state.values() + count(), count()}, line);
+    return balance_.side(at, {state.values(), count()}, {state.values() + count(), count()}, line);
   };
-  const double before = energy({time_, begin});
+  const EnergyBalance::Side before = side({time_, begin});
   const double gained = stepping_.integrator->follow_loads();
-  balance_.end_step(energy(time_) - before + gained);
+  balance_.end_jump({time_, begin}, before, side(time_), gained);
   const double wf = model_->line.filter_frequency();
   contact_.release_pulled(time_, wf * wf, line.stretch);
   contact_.commit(time_, {});
@@ -389,7 +389,7 @@ void ImpactDynamics::after_step() {
   Integrator& integrator = *stepping_.integrator;
   const double time = integrator.end_step();
   emit_snapshots(time);
-  const double load_work = balance_.load_work(integrator, time_, time);
+  const EnergyBalance::Work load_work = balance_.load_work(integrator, time_, time);
   integrator.apply_events();
   const Asked asked = judge_step(time);
   balance_.end_step(load_work);

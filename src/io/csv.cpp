@@ -51,7 +51,8 @@ std::string gauge_rows(std::span<const double> times, std::span<const double> va
 }
 
 std::string energy_header() {
-  return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,lost_in_"
+  return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,base_work,"
+         "lost_in_"
          "impacts,"
          "lost_in_dampers,radiated,total,drift\n";
 }
@@ -61,8 +62,8 @@ std::string energy_rows(std::span<const double> times, std::span<const EnergyLed
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EnergyLedger& row = rows[i];
     append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
-               row.support_springs, row.load_work, row.support_work, row.lost_in_impacts, row.lost_in_dampers,
-               row.radiated, row.total(), row.drift());
+               row.support_springs, row.load_work, row.support_work, row.base_work, row.lost_in_impacts,
+               row.lost_in_dampers, row.radiated, row.total(), row.drift());
   }
   return text;
 }

@@ -27,6 +27,7 @@ struct EnergyRow {
   double support_springs;
   double load_work;
   double support_work;
+  double base_work;
   double lost_in_impacts;
   double lost_in_dampers;
   double radiated;
@@ -83,6 +84,7 @@ Hdf5Id energy_type() {
                       {"support_springs", offsetof(EnergyRow, support_springs), H5T_NATIVE_DOUBLE},
                       {"load_work", offsetof(EnergyRow, load_work), H5T_NATIVE_DOUBLE},
                       {"support_work", offsetof(EnergyRow, support_work), H5T_NATIVE_DOUBLE},
+                      {"base_work", offsetof(EnergyRow, base_work), H5T_NATIVE_DOUBLE},
                       {"lost_in_impacts", offsetof(EnergyRow, lost_in_impacts), H5T_NATIVE_DOUBLE},
                       {"lost_in_dampers", offsetof(EnergyRow, lost_in_dampers), H5T_NATIVE_DOUBLE},
                       {"radiated", offsetof(EnergyRow, radiated), H5T_NATIVE_DOUBLE},
@@ -318,7 +320,7 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   }
   add_table(*file_, anew_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
   add_table(*file_, anew_, "/rests", rest_type(), "s,1,m,1,1");
-  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,1");
+  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
   field_rows_ = field_rows_on_disk_ = file_->rows(kFieldTime);
 }
@@ -382,8 +384,8 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const EnergyLedger& row = rows[i];
     records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
-                       row.support_springs, row.load_work, row.support_work, row.lost_in_impacts, row.lost_in_dampers,
-                       row.radiated, row.total(), row.drift()});
+                       row.support_springs, row.load_work, row.support_work, row.base_work, row.lost_in_impacts,
+                       row.lost_in_dampers, row.radiated, row.total(), row.drift()});
   }
   file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
   flush_if_due();

@@ -1,6 +1,10 @@
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "io/block_writer.hpp"
@@ -20,6 +24,7 @@ class GaugeWriter final : public BlockWriter {
         comm_{layout.comm()},
         points_{layout.points},
         gauges_{layout.gauge_height},
+        base_{layout.base},
         file_{comm_, path, {.header = header(layout)}, layout.earlier} {
     MPI_Comm_rank(comm_, &rank_);
     for (std::size_t i = 0; i < layout.fields.size(); ++i) {
@@ -33,18 +38,23 @@ class GaugeWriter final : public BlockWriter {
 
  private:
   [[nodiscard]] static std::string header(const RunLayout& layout) {
-    std::vector<std::string_view> columns;
-    for (const FieldInfo& field : layout.fields) {
-      if (!field.gauge.empty()) {
-        columns.push_back(field.gauge);
+    std::vector<std::string> names;
+    for (const std::string_view kind : {"", "absolute_"}) {
+      for (const FieldInfo& field : layout.fields) {
+        if (!field.gauge.empty() && (kind.empty() || layout.base)) {
+          names.push_back(std::string{kind}.append(field.gauge));
+        }
       }
     }
+    const std::vector<std::string_view> columns{names.begin(), names.end()};
     return gauge_header(layout.gauge_height.size(), columns);
   }
 
   void add(const Snapshot& state) override {
     times_.push_back(state.time);
+    const std::array<double, 2> base = base_ && rank_ == 0 ? base_(state.time) : std::array<double, 2>{};
     for (const std::vector<PointShare>& gauge : gauges_) {
+      const std::size_t first = values_.size();
       for (const std::size_t field : field_) {
         double value = 0.0;
         for (const auto& [point, share] : gauge) {
@@ -53,6 +63,9 @@ class GaugeWriter final : public BlockWriter {
           }
         }
         values_.push_back(value);
+      }
+      for (std::size_t i = 0; base_ && i < field_.size(); ++i) {
+        values_.push_back(values_[first + i] + (state.fields[field_[i]].position ? base[0] : base[1]));
       }
     }
   }
@@ -72,7 +85,8 @@ class GaugeWriter final : public BlockWriter {
   int rank_ = 0;
   const MassPoints* points_;
   std::vector<std::vector<PointShare>> gauges_;
-  std::vector<std::size_t> field_;  ///< that a gauge reads, indices into the snapshot's
+  std::function<std::array<double, 2>(double)> base_;  ///< as `RunLayout` has it
+  std::vector<std::size_t> field_;                     ///< that a gauge reads, indices into the snapshot's
   TextFile file_;
   std::vector<double> times_;   ///< of the rows that wait [s]
   std::vector<double> values_;  ///< of these rows, gauge by gauge; zero where the node is another rank's

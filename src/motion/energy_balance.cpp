@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 #include <vector>
 
@@ -17,6 +18,28 @@ namespace {
 using LedgerNumbers = std::array<double, sizeof(EnergyLedger) / sizeof(double)>;
 constexpr const char* kLedger = "energy_balance";
 constexpr const char* kLoadWork = "load_work";  ///< each rank's
+constexpr const char* kBaseWork = "base_work";  ///< the same
+
+/// Each rank's number. @note Collective.
+std::vector<double> shares_of(MPI_Comm comm, double own) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  std::vector<double> shares(static_cast<std::size_t>(ranks));
+  MPI_Allgather(&own, 1, MPI_DOUBLE, shares.data(), 1, MPI_DOUBLE, comm);
+  return shares;
+}
+
+/// On as many ranks sums round as before.
+double own_share(MPI_Comm comm, const std::vector<double>& shares) {
+  int rank = 0;
+  int ranks = 1;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &ranks);
+  if (shares.size() == static_cast<std::size_t>(ranks)) {
+    return shares[static_cast<std::size_t>(rank)];
+  }
+  return rank == 0 ? std::accumulate(shares.begin(), shares.end(), 0.0) : 0.0;
+}
 
 }  // namespace
 
@@ -37,20 +60,22 @@ void EnergyBalance::start(const Row& row, const DenseOutput& step) {
   }
   ledger_.initial = ledger_.total();
   ledger_.initial_potential = ledger_.load_potential;
+  ledger_.initial_base_potential = ledger_.base_potential;
 }
 
 /// But for steps of fixed length dF/dt is constant within a step.
-double EnergyBalance::load_work(const DenseOutput& step, double step_begin, double until) const {
+EnergyBalance::Work EnergyBalance::load_work(const DenseOutput& step, double step_begin, double until) const {
   if (!equations_->loads().time_dependent()) {
-    return 0.0;
+    return {};
   }
   const std::vector<double> amplitudes = step.amplitude_integrals(until);
-  double work = 0.0;
+  Work work;
   for (const LoadPattern& pattern : equations_->loads().patterns()) {
     if (!pattern.table->steady() && !pattern.point.empty()) {
       const std::vector<double> moved = changed_by(pattern, step, step_begin, until, amplitudes);
+      double& sum = pattern.inertia ? work.base : work.loads;
       for (std::size_t i = 0; i < moved.size(); ++i) {
-        work -= pattern.share[i] * moved[i];
+        sum -= pattern.share[i] * moved[i];
       }
     }
   }
@@ -91,22 +116,60 @@ std::vector<double> EnergyBalance::changed_by(const LoadPattern& pattern, const 
   return moved;
 }
 
-double EnergyBalance::energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,
-                             LineState& line) {
+EnergyBalance::Side EnergyBalance::side(const Instant& at, std::span<const double> position,
+                                        std::span<const double> velocity, LineState& line) {
   equations_->evaluate(at, position, line, true);
-  const double total = equations_->energy(line, position, velocity).total();
-  return on_first_rank() ? total : 0.0;
+  const EnergyLedger now = equations_->energy(line, position, velocity);
+  Side side{.energy = on_first_rank() ? now.total() + now.base_potential : 0.0,
+            .place = equations_->line_stretch(line)};
+  std::ranges::transform(side.place, position, side.place.begin(), std::plus{});
+  return side;
+}
+
+/// The line goes evenly from one place to the other as forces do, so that each works against the middle of both; what
+/// contact changes in that is the loads', unless the base alone jumps.
+void EnergyBalance::end_jump(const Instant& end, const Side& before, const Side& after, double gained) {
+  const double change = after.energy - before.energy + gained;
+  bool loads_jump = false;
+  bool base_jumps = false;
+  double of_base = 0.0;
+  for (const LoadPattern& pattern : equations_->loads().patterns()) {
+    const double jump = pattern.table->at(end.time).value - pattern.table->at(end).value;
+    (pattern.inertia ? base_jumps : loads_jump) |= jump != 0.0;
+    for (std::size_t i = 0; pattern.inertia && i < pattern.point.size(); ++i) {
+      const std::size_t point = pattern.point[i];
+      of_base -= 0.5 * jump * pattern.share[i] * (before.place[point] + after.place[point]);
+    }
+  }
+  if (!base_jumps) {
+    end_step({.loads = change});
+  } else if (!loads_jump) {
+    end_step({.base = change});
+  } else {
+    end_step({.loads = change - of_base, .base = of_base});
+  }
 }
 
 EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std::span<double> besides,
                                    double tolerated_energy) {
-  enum Share : std::size_t { lost, load, work, damped, radiated, springs, shares };  // of this rank, within the step
+  enum Share : std::size_t {
+    lost,
+    load,
+    base,
+    work,
+    damped,
+    radiated,
+    springs,
+    shares
+  };  // of this rank, within the step
   EnergyLedger now = equations_->energy(row.line, row.masses.position, row.masses.velocity);
   std::vector<double> sums(shares + besides.size(), 0.0);
   sums[lost] = contact_->journal().lost_before(row.time);
   std::ranges::copy(besides, sums.begin() + shares);
   if (equations_->loads().time_dependent()) {
-    sums[load] = load_work_ + load_work(step, row.step_begin, row.time);
+    const Work within = load_work(step, row.step_begin, row.time);
+    sums[load] = work_.loads + within.loads;
+    sums[base] = work_.base + within.base;
   }
   if (flows_) {
     const EnergyFlow flow = step.flow(row.time);
@@ -126,6 +189,8 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
   now.support_springs += sums[springs];
   now.initial = ledger_.initial;
   now.initial_potential = ledger_.initial_potential;
+  now.initial_base_potential = ledger_.initial_base_potential;
+  now.base_work = sums[base] - (now.base_potential - now.initial_base_potential);
   now.scale = std::max({ledger_.scale, now.scale, now.turned_over(), tolerated_energy});
   if (std::isfinite(now.drift())) {
     ledger_ = now;
@@ -134,12 +199,8 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
 }
 
 void EnergyBalance::save(MotionState& state) const {
-  const MPI_Comm comm = equations_->points().comm();
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  std::vector<double>& shares = state.tables[kLoadWork];
-  shares.resize(static_cast<std::size_t>(ranks));
-  MPI_Allgather(&load_work_, 1, MPI_DOUBLE, shares.data(), 1, MPI_DOUBLE, comm);
+  state.tables[kLoadWork] = shares_of(equations_->points().comm(), work_.loads);
+  state.tables[kBaseWork] = shares_of(equations_->points().comm(), work_.base);
   const auto numbers = std::bit_cast<LedgerNumbers>(ledger_);
   state.tables[kLedger].assign(numbers.begin(), numbers.end());
 }
@@ -152,17 +213,8 @@ void EnergyBalance::restore(const MotionState& state) {
   }
   std::ranges::copy(saved, numbers.begin());
   ledger_ = std::bit_cast<EnergyLedger>(numbers);
-  // On as many ranks sums round as before.
-  const std::vector<double>& shares = state.table(kLoadWork);
-  int rank = 0;
-  int ranks = 1;
-  MPI_Comm_rank(equations_->points().comm(), &rank);
-  MPI_Comm_size(equations_->points().comm(), &ranks);
-  if (shares.size() == static_cast<std::size_t>(ranks)) {
-    load_work_ = shares[static_cast<std::size_t>(rank)];
-  } else {
-    load_work_ = rank == 0 ? std::accumulate(shares.begin(), shares.end(), 0.0) : 0.0;
-  }
+  work_.loads = own_share(equations_->points().comm(), state.table(kLoadWork));
+  work_.base = own_share(equations_->points().comm(), state.table(kBaseWork));
 }
 
 }  // namespace udar

@@ -110,7 +110,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   const std::span<const double> mass = line_->mass();
   const std::span<const double> force = loads_->force({state.time, state.begin}, work_);
   const std::vector<double> stretch = line_stretch(state);
-  std::array<double, 6> sums{};
+  std::array<double, 7> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
     sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
@@ -121,6 +121,13 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
     }
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
+  for (const LoadPattern& pattern : loads_->patterns()) {
+    const double value = pattern.inertia ? pattern.table->at({state.time, state.begin}).value : 0.0;
+    for (std::size_t i = 0; value != 0.0 && i < pattern.point.size(); ++i) {
+      const std::size_t point = pattern.point[i];
+      sums[6] -= value * pattern.share[i] * (mass_position[point] + stretch[point]);
+    }
+  }
   sums[1] = line_->filter_operator().strain_energy(displacement_, state.moment);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
@@ -128,7 +135,8 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   ledger.kinetic = sums[0];
   ledger.line_strain = sums[1];
   ledger.fictitious_springs = sums[2];
-  ledger.load_potential = sums[3];
+  ledger.load_potential = sums[3] - sums[6];
+  ledger.base_potential = sums[6];
   ledger.support_springs = sums[4];
   ledger.scale = kLeastShare * sums[5] + kLeastEnergy;
   return ledger;

@@ -203,14 +203,20 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   // Positions are single numbers from y = 0: beyond this the last digit of one hides the shape of the beam.
   constexpr double kShape = 1e-6;  // of its length
   const double furthest = kShape / kRounding * points.largest_extent();
-  constexpr std::array<const char*, inputs> kInputs{"initial height", "initial shape", "initial velocity",
-                                                    "support height", "gravity",       "support motion",
-                                                    "load table"};
+  const auto patterns = equations.loads().patterns();
+  const bool base_alone = !patterns.empty() && std::ranges::all_of(patterns, &LoadPattern::inertia);
+  const std::array<const char*, inputs> causing{"initial height",
+                                                "initial shape",
+                                                "initial velocity",
+                                                "support height",
+                                                "gravity",
+                                                "support motion",
+                                                base_alone ? "base motion" : "load table"};
   MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
   for (std::size_t i = 0; i < inputs; ++i) {
     if (!(largest[2 * i] <= furthest)) {
       std::ostringstream message;
-      message << kInputs[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most " << furthest
+      message << causing[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most " << furthest
               << " [m]: further away double precision does not resolve a millionth of the beam's length";
       throw InputError{message.str()};
     }

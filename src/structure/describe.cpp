@@ -1,6 +1,7 @@
 #include "udar/structure/describe.hpp"
 
 #include <array>
+#include <vector>
 
 namespace udar {
 
@@ -62,6 +63,18 @@ void describe(Description& all, std::span<const NodalLoad> loads) {
   all.add_each("loads, positions [m]", loads, [](const NodalLoad& load) { return load.position; });
   list("loads, times [s]", true);
   list("loads, forces [N]", false);
+}
+
+void describe(Description& all, std::span<const BaseMotion> base) {
+  std::vector<double> directions;
+  for (const BaseMotion& motion : base) {
+    const auto& [x, y, z] = motion.direction();
+    directions.insert(directions.end(), {x, y, z});
+  }
+  all.add("base motion, directions", directions);
+  all.add_all("base motion, times [s]", base, [](const BaseMotion& motion) { return motion.acceleration()->time(); });
+  all.add_all("base motion, accelerations [m/s^2]", base,
+              [](const BaseMotion& motion) { return motion.acceleration()->value(); });
 }
 
 }  // namespace udar

@@ -1,13 +1,43 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <sstream>
 #include <utility>
 
+#include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
 
-Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal)
+namespace {
+
+/// Minus the masses along the direction in which the base moves; what is held goes with it.
+LoadPattern inertia_of(const MassPoints& points, const BaseMotion& base) {
+  LoadPattern pattern{.point = {}, .share = {}, .table = base.acceleration(), .inertia = true};
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    const double along = dot(points.axis(point), base.direction());
+    if (along != 0.0 && points.mass()[point] > 0.0 && !points.fixed(point)) {
+      pattern.point.push_back(point);
+      pattern.share.push_back(-along * points.mass()[point]);
+    }
+  }
+  auto moving = static_cast<std::int64_t>(pattern.point.size());
+  MPI_Allreduce(MPI_IN_PLACE, &moving, 1, MPI_INT64_T, MPI_SUM, points.comm());
+  if (moving == 0) {
+    const auto [x, y, z] = base.direction();
+    std::ostringstream message;
+    message << "base motion direction: (" << x << ", " << y << ", " << z
+            << ") is not allowed, no mass moves that way, expected a direction in which some do";
+    throw InputError{message.str()};
+  }
+  return pattern;
+}
+
+}  // namespace
+
+Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
+             std::span<const BaseMotion> base)
     : gravity_{gravity}, nodes_{points.points()} {
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
@@ -29,6 +59,9 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
       }
     }
     add(std::move(pattern));
+  }
+  for (const BaseMotion& motion : base) {
+    add(inertia_of(points, motion));
   }
   for (auto* times : {&kinks_, &jumps_}) {
     std::ranges::sort(*times);

@@ -230,6 +230,55 @@ REFUSED = {
     "three_restitutions_two_supports": ({"contact_restitution": "1,1,1"}, ["-contact_restitution", "3", "2"]),
     "two_tables_one_load": ({"load_position": 5, "load_table": "table.csv,table.csv"}, ["-load_table", "2", "1"]),
     "load_without_table": ({"load_position": 5}, ["-load_table"]),
+    "base_motion_of_no_kind": (
+        {"base_motion": "table.csv"},
+        ["-base_motion_kind", "displacement, velocity or acceleration"],
+    ),
+    "base_motion_of_another_kind": (
+        {"base_motion": "table.csv", "base_motion_kind": "jerk"},
+        ["-base_motion_kind", "jerk", "velocity"],
+    ),
+    "kind_without_base_motion": ({"base_motion_kind": "velocity"}, ["-base_motion_kind", "without -base_motion"]),
+    "two_kinds_one_base_motion": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity,velocity"},
+        ["-base_motion_kind", "2", "1", "-base_motion"],
+    ),
+    "base_motion_goes_back": (
+        {"base_motion": "back.csv", "base_motion_kind": "acceleration"},
+        ["-base_motion", "back.csv", "ascending", "[s]"],
+    ),
+    "base_motion_of_one_row": (
+        {"base_motion": "still.csv", "base_motion_kind": "displacement"},
+        ["-base_motion", "two rows", "[s]"],
+    ),
+    "base_motion_of_three_columns": (
+        {"base_motion": "dead.csv", "base_motion_kind": "velocity"},
+        ["-base_motion", "dead.csv", "3 column(s)", "expected 2", "velocity [m/s]"],
+    ),
+    "base_motion_that_jumps": (
+        {"base_motion": "thrice.csv", "base_motion_kind": "velocity"},
+        ["-base_motion", "thrice.csv", "strictly ascending", "[s]"],
+    ),
+    "base_motion_faster_than_light": (
+        {"base_motion": "absurd.csv", "base_motion_kind": "velocity"},
+        ["-base_motion", "1e+30 m/s", "speed of light"],
+    ),
+    "base_motion_without_size": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_scale": 0},
+        ["-base_motion_scale", "0", "[-]"],
+    ),
+    "base_motion_across_a_beam": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_direction": "1,0,0"},
+        ["-base_motion_direction", "beam", "along y"],
+    ),
+    "base_motion_in_the_plane": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_direction": "1,0"},
+        ["-base_motion_direction", "2", "3", "x,y,z"],
+    ),
+    "base_motion_in_no_direction": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_direction": "0,0,0"},
+        ["-base_motion_direction", "0", "three numbers"],
+    ),
     "missing_load_table": ({"load_position": 5, "load_table": "absent.csv"}, ["-load_table", "absent.csv", "No such"]),
     "malformed_load_table": (
         {"load_position": 5, "load_table": "words.csv"},

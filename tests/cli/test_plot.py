@@ -21,7 +21,7 @@ IMPACT = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("velo
           ("velocity_after", "f8"), ("impulse", "f8"), ("energy_loss", "f8")]
 REST = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("release", "i8")]
 ENERGY = ("time", "kinetic", "line_strain", "fictitious_springs", "load_potential", "support_springs", "load_work",
-          "support_work", "lost_in_impacts", "lost_in_dampers", "radiated", "total", "drift")
+          "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "total", "drift")
 BLUE, VERMILLION = (0, 114, 178), (213, 94, 0)
 
 
@@ -83,7 +83,7 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
     lost = start - kinetic - potential if gravity else np.zeros_like(time)
     drift = 1e-12 * np.cumsum(np.sin(37 * time)) / len(time)
     energy = np.column_stack([time, kinetic, 100 * swing**2, 50 * swing**2, potential, 0 * time, 0 * time,
-                              0 * time, lost, 0 * time, 0 * time, kinetic + potential, drift])
+                              0 * time, 0 * time, lost, 0 * time, 0 * time, kinetic + potential, drift])
     gauge_node = np.array([np.argmin(np.abs(x - position)) for position in gauges], dtype=int)
     columns = [time]
     for node in gauge_node:

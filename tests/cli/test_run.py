@@ -34,7 +34,7 @@ SUMMARY_KEYS = """
     max_utilisation_time wall_seconds wall_seconds_mean own_seconds communication
     peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = (
-    "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,"
+    "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,base_work,"
     "lost_in_impacts,lost_in_dampers,radiated,total,drift"
 )
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
@@ -947,7 +947,8 @@ NOT_TRIED = {
     "network_young_modulus", "network_poisson_ratio", "network_density", "network_theory", "network_rotation",
     "network_partition", "network_shift", "support_normal", "support_friction", "support_y_position", "support_y_width",
     "support_z_position", "support_z_width", "support_box", "support_height_field", "support_field_tolerance",
-    "initial_velocity_x", "initial_velocity_z", "initial_spin", "rotary_inertia",
+    "initial_velocity_x", "initial_velocity_z", "initial_spin", "rotary_inertia", "base_motion_direction",
+    "base_motion_scale",
 }
 
 
@@ -988,6 +989,9 @@ def changes_at_a_restart(folder):
         ({"initial_slope": 0.01}, "initial slope: 0 there, 0.01 here"),
         ({"load_position": 5, "load_table": path["load"]}, "loads, positions [m]: none there, 5 here",
          "loads, times [s]: none there, 2 0 1 here", "loads, forces [N]: none there, 2 0 1 here"),
+        ({"base_motion": path["load"], "base_motion_kind": "velocity"},
+         "base motion, directions: none there, 0 1 0 here", "base motion, times [s]: none there, 4 0 0 1 1 here",
+         "base motion, accelerations [m/s^2]: none there, 4 0 1 1 0 here"),
         ({"damping_mass": 1, "ts_type": "impact"}, "damping of masses [1/s]: 0 there, 1 here"),
         ({"damping_stiffness": 1e-4, "ts_type": "impact"}, "damping of stiffness [s]: 0 there, 1e-04 here"),
         ({"support_position": "2,7"}, "supports, positions [m]: 2 8 there, 2 7 here"),

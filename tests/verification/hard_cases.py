@@ -19,6 +19,15 @@ GIVING = {  # one support moves, one gives way, one does both
 }
 # Steps of 1e-10 are by rounding, and an impulse between their ends is by where these are.
 MOVING_LINE = {**GIVING, "contact_surface": "line", "support_damping": 0, "ts_rtol": 1e-8}
+# A record of accelerations, and a displacement in place of the supports' own motion.
+SHAKEN = {
+    "base_motion": f"{MOTION.parent / 'base_motion.csv'},{MOTION}",
+    "base_motion_kind": "acceleration,displacement",
+    "base_motion_scale": "9.81,1",
+    "load_position": 3.3,
+    "load_table": MOTION.parent / "base_motion.csv",
+    "initial_height": 0.6,
+}
 DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
 MODAL = {"filter_frequency": None, "ts_type": "modal", "modal_modes": 12, "modal_estimate": "no"}

@@ -11,7 +11,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STOPPED_BY_STEPS, UdarTest, case, datasets
-from hard_cases import CORRECTED, CORRECTED_LINE, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION, MOVING_LINE
+from hard_cases import CORRECTED, CORRECTED_LINE, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
+from hard_cases import MOVING_LINE, SHAKEN
 
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
 
@@ -60,6 +61,7 @@ for name, changes in {
     "moving_and_giving": {**GIVING, "ts_rtol": 1e-8},
     "damped": {**GIVING, **DAMPED, "ts_rtol": 1e-8},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},
+    "shaken": {**SHAKEN, "contact_restitution": 0.5},
 }.items():
     for integrator, steps in STOPS.items():
         if name in ("moving_and_giving", "damped") and integrator == "chebyshev":
@@ -87,6 +89,8 @@ for integrator, steps, changes, name in (
     ("modal", 3, MODAL, "rigid_points"),
     ("modal", 2, {**MODAL, "support_stiffness": 1e8}, "springs"),
     ("modal", 6, MODAL_LOADED, "all"),
+    ("modal", 6, {**MODAL, **SHAKEN, "support_stiffness": 1e7}, "shaken"),
+    ("moreau", 950, {**UNFILTERED, **SHAKEN}, "shaken"),
 ):
     add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
 

@@ -10,6 +10,7 @@
 #include "udar/dynamics/guards.hpp"
 #include "udar/dynamics/model.hpp"
 #include "udar/filter/filtered_structure.hpp"
+#include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
@@ -76,6 +77,7 @@ struct StartInput {
   InitialState initial{.height = 1.0};
   bool in_space = false;  ///< some velocity is not along y
   std::vector<NodalLoad> loads;
+  std::vector<BaseMotion> base_motion;
   Damping damping;
   std::vector<double> damping_ratio;
 };

@@ -13,6 +13,7 @@
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/motion/contact_state.hpp"
 #include "udar/motion/equations.hpp"
+#include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/imported.hpp"
 #include "udar/structure/initial_state.hpp"
@@ -29,6 +30,7 @@ struct ModelParameters {
   FilterParameters filter{};
   double gravity = 9.81;  ///< [m/s^2]
   std::vector<NodalLoad> loads{};
+  std::vector<BaseMotion> base_motion{};  ///< added up; everything is told in the frame of the base
   Damping damping{};
   std::vector<double> damping_ratio{};  ///< as `Equations`
   InitialState initial{};

@@ -4,6 +4,7 @@
 
 #include <petscsys.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -64,13 +65,15 @@ struct RunLayout {
   std::vector<PetscInt> gauge_node;                   ///< global point of each gauge
   std::vector<std::vector<PointShare>> gauge_height;  ///< what it reads
   std::vector<double> gauge_position;                 ///< what was asked for [m]
-  std::vector<Support> supports;                      ///< the floor, if any, is the last
-  std::vector<double> ground_x;                       ///< of the ground's profile [m]; empty: none
-  std::vector<double> ground_height;                  ///< as many [m]
-  std::optional<double> filter_frequency{};           ///< [rad/s]; none: modes alone move
-  double longest_sample = 0.0;        ///< extremes are looked for at least this often [s]; 0: at rows alone
-  std::string options_text;           ///< one `-key value` per line
-  std::vector<Parameter> parameters;  ///< of the case, as restart files have them
+  /// How high the base is [m], and how fast it rises [m/s], at a time [s]; empty: it stays where it is.
+  std::function<std::array<double, 2>(double)> base = nullptr;
+  std::vector<Support> supports;             ///< the floor, if any, is the last
+  std::vector<double> ground_x;              ///< of the ground's profile [m]; empty: none
+  std::vector<double> ground_height;         ///< as many [m]
+  std::optional<double> filter_frequency{};  ///< [rad/s]; none: modes alone move
+  double longest_sample = 0.0;               ///< extremes are looked for at least this often [s]; 0: at rows alone
+  std::string options_text;                  ///< one `-key value` per line
+  std::vector<Parameter> parameters;         ///< of the case, as restart files have them
   /// What the files stood at, of a run that goes on in them; null: they are made anew. It must outlive the writers'
   /// construction.
   const MotionState* earlier = nullptr;

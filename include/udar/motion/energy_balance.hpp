@@ -36,15 +36,28 @@ class EnergyBalance {
   /// losses count. @param step before it is taken @note Collective.
   void start(const Row& row, const DenseOutput& step);
 
-  /// @brief Minus the integral of dF/dt' Yc from the start of the step to a time within it [J], this rank's share: what
-  /// changing loads bring in. @note Collective.
-  [[nodiscard]] double load_work(const DenseOutput& step, double step_begin, double until) const;
-  /// Ends a step in which changing loads brought this in [J], this rank's share.
-  void end_step(double load_work) noexcept { load_work_ += load_work; }
-  /// @brief This rank's share of the energy at an instant [J]: where loads jump the line follows at once, and what that
-  /// changes they have done. @param[out] line then, with moment @note Collective: a line solve.
-  [[nodiscard]] double energy(const Instant& at, std::span<const double> position, std::span<const double> velocity,
-                              LineState& line);
+  /// What forces that change bring in, minus the integral of dF/dt' Yc [J], this rank's share.
+  struct Work {
+    double loads = 0.0;
+    double base = 0.0;  ///< by inertia forces
+  };
+  /// @brief From the start of the step to a time within it. @note Collective.
+  [[nodiscard]] Work load_work(const DenseOutput& step, double step_begin, double until) const;
+  /// Ends a step in which forces that change brought this in.
+  void end_step(const Work& work) noexcept {
+    work_.loads += work.loads;
+    work_.base += work.base;
+  }
+  /// @brief Before forces jump, or after: where they do the line follows at once, and what that changes they have done.
+  struct Side {
+    double energy;              ///< with the potential of all forces, this rank's share [J]
+    std::vector<double> place;  ///< of the line [m]
+  };
+  /// @param[out] line then, with moment @note Collective: a line solve.
+  [[nodiscard]] Side side(const Instant& at, std::span<const double> position, std::span<const double> velocity,
+                          LineState& line);
+  /// @param end of the step at which forces jump @param gained by springs that the integrator alone knows [J]
+  void end_jump(const Instant& end, const Side& before, const Side& after, double gained);
 
   /// @brief Makes the ledger of a row, and keeps it unless an energy is not finite. @param[in,out] besides is added up
   /// over the ranks in the same reduction @param tolerated_energy error that all steps so far may have made [J]
@@ -67,7 +80,7 @@ class EnergyBalance {
   const Kinks* kinks_;
   bool flows_;  // through supports or dampers
   EnergyLedger ledger_;
-  double load_work_ = 0.0;  // local share up to the start of the step
+  Work work_;  // up to the start of the step
 };
 
 }  // namespace udar

@@ -81,7 +81,7 @@ class Equations {
   /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line. The
   /// scale of the ledger is what rounding alone lets one judge by; its other entries are left at zero.
   /// @param state with moment
-  /// @note Collective: one reduction of six numbers.
+  /// @note Collective: one reduction of seven numbers.
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 

@@ -23,16 +23,19 @@ struct EnergyLedger {
   double kinetic = 0.0;             ///< 1/2 Vm' M Vm
   double line_strain = 0.0;         ///< bending, shear, foundation, end springs, tension
   double fictitious_springs = 0.0;  ///< 1/2 wf^2 (Ym-Yc)' M (Ym-Yc)
-  double load_potential = 0.0;      ///< -F' Yc, gravity and loads; zero for the line at y = 0
+  double load_potential = 0.0;      ///< -F' Yc, gravity and loads, not inertia forces; zero for the line at y = 0
   double load_work = 0.0;           ///< minus the integral of dF/dt' Yc: what changing loads brought in since t = 0
   double support_springs = 0.0;     ///< in the springs of supports that are not rigid
   double support_work = 0.0;        ///< what moving supports brought in since t = 0
+  double base_work = 0.0;           ///< what the base brought in by its motion since t = 0, in its own frame
   double lost_in_impacts = 0.0;     ///< lost in impacts and rests since t = 0
   double lost_in_dampers = 0.0;     ///< lost in dampers of supports and structure since t = 0
   double radiated = 0.0;            ///< lost into motions that a reduced model leaves out since t = 0
   double initial = 0.0;             ///< total at t = 0
   double initial_potential = 0.0;   ///< `load_potential` at t = 0
-  double scale = 0.0;               ///< what `drift` is relative to: the largest of `turned_over` so far
+  double base_potential = 0.0;      ///< -F' Yc of inertia forces, which is in `base_work`
+  double initial_base_potential = 0.0;
+  double scale = 0.0;  ///< what `drift` is relative to: the largest of `turned_over` so far
 
   [[nodiscard]] double total() const noexcept {
     return kinetic + line_strain + fictitious_springs + load_potential + support_springs;
@@ -42,13 +45,14 @@ struct EnergyLedger {
   [[nodiscard]] double turned_over() const noexcept {
     const double stored = kinetic + line_strain + fictitious_springs + support_springs;
     const double work_of_forces = load_work - (load_potential - initial_potential);
-    return std::max({stored, std::abs(work_of_forces), std::abs(support_work), std::abs(lost_in_impacts),
-                     std::abs(lost_in_dampers), std::abs(radiated)});
+    return std::max({stored, std::abs(work_of_forces), std::abs(support_work), std::abs(base_work),
+                     std::abs(lost_in_impacts), std::abs(lost_in_dampers), std::abs(radiated)});
   }
   /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution. Not a
   /// number where an energy is none.
   [[nodiscard]] double drift() const noexcept {
-    const double error = total() + lost_in_impacts + lost_in_dampers + radiated - load_work - support_work - initial;
+    const double error =
+        total() + lost_in_impacts + lost_in_dampers + radiated - load_work - support_work - base_work - initial;
     return error == 0.0 ? 0.0 : error / scale;
   }
 };

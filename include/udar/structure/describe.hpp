@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/description.hpp"
 #include "udar/structure/initial_state.hpp"
@@ -17,6 +18,7 @@ void describe(Description& all, const BeamParameters& beam);
 /// Of the start the axis alone: a motion under way knows nothing of how it began.
 void describe(Description& all, const InitialState& initial);
 void describe(Description& all, std::span<const NodalLoad> loads);
+void describe(Description& all, std::span<const BaseMotion> base);
 /// @}
 
 }  // namespace udar

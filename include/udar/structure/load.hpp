@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/structure/base_motion.hpp"
 #include "udar/structure/mass_points.hpp"
 #include "udar/structure/time_table.hpp"
 
@@ -24,15 +25,19 @@ struct LoadPattern {
   std::vector<std::size_t> point;  ///< local, those with a share alone
   std::vector<double> share;       ///< as many
   std::shared_ptr<const TimeTable> table;
+  bool inertia =
+      false;  ///< what the base's motion makes of the masses: shares are minus these, the table accelerations
 };
 
 /// @brief The load vector F(t) of the line on this rank's nodes.
 class Loads {
  public:
   /// @param gravity [m/s^2], acts downward on every lumped mass
+  /// @param base whose motions give each mass that moves the inertia force of its own in the frame of the base
   /// @note Collective.
-  /// @throws InputError if a position is off the beam, or has no table
-  Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal);
+  /// @throws InputError if a position is off the beam, or has no table, or nothing moves along a motion of the base
+  Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
+        std::span<const BaseMotion> base = {});
 
   /// @brief F [N], one value per local node; empty: none on this rank.
   /// @param work where it is built if it must be; the result lives as long as this object and `work` do

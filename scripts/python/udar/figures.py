@@ -23,11 +23,13 @@ ENERGY_LINES = (
     ("load_work", "brought in by changing loads", SKY, "-"),
     ("support_springs", "springs of the supports", GREEN, ":"),
     ("support_work", "brought in by moving supports", SKY, ":"),
+    ("base_work", "brought in by the moving base", SKY, "--"),
     ("lost_in_dampers", "lost in dampers", PURPLE, ":"),
     ("radiated", "radiated into modes left out", ORANGE, ":"),
     ("total", "total", BLACK, "--"),
 )
-SELDOM = ("load_work", "support_springs", "support_work", "lost_in_dampers", "radiated")  # shown where there is any
+# Shown where there is any.
+SELDOM = ("load_work", "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated")
 
 
 def match_gauge(run, place):

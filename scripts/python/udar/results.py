@@ -10,7 +10,7 @@ from .curves import BINS, drawn_nodes, with_unit
 from .tools import UserError, first_line, read_csv
 
 ENERGY_COLUMNS = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "lost_in_impacts", "load_work",
-                  "support_springs", "support_work", "lost_in_dampers", "radiated", "total")
+                  "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated", "total")
 INSTANTS = 12        # deflection curves
 ROWS_BEFORE = 2      # of them, before the first contact
 IMPACT_COLUMNS = ("time", "node", "x", "support", "impulse")
