@@ -93,6 +93,15 @@ void check_unfiltered(const CaseInput& input) {
   }
 }
 
+/// What needs a beam to run along.
+void check_axles(const CaseInput& input) {
+  const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
+  if (!input.start.travelling_loads.empty() &&
+      (!input.structure.beam() || std::ranges::any_of(input.beam.beam.segments, gap))) {
+    throw InputError{"option -load_axles is not allowed but with a beam without gaps"};
+  }
+}
+
 /// What needs masses that move along x and z, too.
 void check_space(const CaseInput& input) {
   if (input.structure.network) {
@@ -150,11 +159,13 @@ CaseInput read_case(MPI_Comm comm) {
     check_unfiltered(input);
   }
   input.start = read_start(comm);
+  input.start.travelling_loads = read_travelling_loads(comm);
   input.start.base_motion = read_base_motion(comm);
   input.contact = read_contact(comm, input.structure.network);
   input.output = read_output(comm);
   check_gauges(input);
   check_space(input);
+  check_axles(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   return input;
 }
@@ -172,6 +183,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.filter = settled_filter(comm, input, settled);
   settled.gravity = input.start.gravity;
   settled.loads = input.start.loads;
+  settled.travelling_loads = input.start.travelling_loads;
   settled.base_motion = input.start.base_motion;
   settled.damping = input.start.damping;
   settled.damping_ratio = input.start.damping_ratio;

@@ -21,6 +21,7 @@ Description describe(const Case& input, const Structure& structure) {
   udar::describe(all, input.contact);
   udar::describe(all, std::span{input.supports});
   udar::describe(all, std::span{input.loads});
+  udar::describe(all, std::span{input.travelling_loads});
   udar::describe(all, std::span{input.base_motion});
   return all;
 }

@@ -22,8 +22,8 @@ constexpr double kHighFall = 1000.0;
 
 bool moves_as_rigid(const Case& input, const Structure& structure) {
   const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
-  return !structure.grounded() && input.loads.empty() && input.base_motion.empty() && input.initial.shape.x.empty() &&
-         std::ranges::none_of(input.beam.segments, gap);
+  return !structure.grounded() && input.loads.empty() && input.travelling_loads.empty() && input.base_motion.empty() &&
+         input.initial.shape.x.empty() && std::ranges::none_of(input.beam.segments, gap);
 }
 
 /// First zero of gap + speed t - pull t^2 / 2 after the start, for a gap > 0.

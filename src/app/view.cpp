@@ -219,6 +219,9 @@ void add_places(Description& built, const Case& input, const MassPoints& points)
               rounded({asked, static_cast<double>(points.nearest({.x = asked})), used}));
   }
   for (std::size_t i = 0; i < input.loads.size(); ++i) {
+    if (input.loads[i].width != 0.0) {
+      continue;  // on many
+    }
     std::vector<double> shares;
     for (const auto& [node, share] : points.lever({.x = input.loads[i].position})) {
       shares.insert(shares.end(), {static_cast<double>(node), place_of(points, node).x, share});

@@ -46,7 +46,8 @@ std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParame
 Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare)
     : structure{make_structure(comm, parameters)},
       line{*structure, parameters.filter},
-      loads{structure->points(), parameters.gravity, parameters.loads, parameters.base_motion},
+      loads{structure->points(), parameters.gravity, parameters.loads, parameters.base_motion,
+            parameters.travelling_loads},
       initial{checked(structure->points(), parameters.initial)},
       contacts{find_contacts(structure->points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},

@@ -98,6 +98,13 @@ Cause of_loads(Equations& equations, double end) {
     }
   }
   times.push_back(end);
+  // Where many follow tables of their own, as nodes under a travelling load do, some of the times tell the size.
+  constexpr std::size_t kMostLookups = 10'000'000;
+  const std::size_t stride = 1 + times.size() * loads.patterns().size() / kMostLookups;
+  for (std::size_t k = 0; k < times.size(); k += stride) {
+    times[k / stride] = times[k];
+  }
+  times.resize((times.size() + stride - 1) / stride);
   const auto value_of = [&](const LoadPattern& load, double time, bool blow) {
     return blow ? sudden(*load.table, time, 1.0 / wf) : load.table->at(time).value;
   };

@@ -1,5 +1,6 @@
 #include "udar/structure/describe.hpp"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -55,14 +56,35 @@ void describe(Description& all, const InitialState& initial) {
 void describe(Description& all, std::span<const NodalLoad> loads) {
   const auto list = [&](std::string_view name, bool times) {
     all.add_all(name, loads, [times](const NodalLoad& load) {
-      const auto& [position, table] = load;
+      const auto& [position, width, table] = load;
       static_cast<void>(position);
+      static_cast<void>(width);
       return times ? table->time() : table->value();
     });
   };
   all.add_each("loads, positions [m]", loads, [](const NodalLoad& load) { return load.position; });
+  if (std::ranges::any_of(loads, [](const NodalLoad& load) { return load.width != 0.0; })) {
+    all.add_each("loads, widths [m]", loads, [](const NodalLoad& load) { return load.width; });
+  }
   list("loads, times [s]", true);
   list("loads, forces [N]", false);
+}
+
+void describe(Description& all, std::span<const TravellingLoad> loads) {
+  const auto each = [&](std::string_view name, std::size_t index) {
+    all.add_each(name, loads, [index](const TravellingLoad& load) {
+      const auto& [offset_below, force_below, speed, start] = load;
+      static_cast<void>(offset_below);
+      static_cast<void>(force_below);
+      return index == 0 ? speed : start;
+    });
+  };
+  all.add_all("axles, distances behind the first [m]", loads,
+              [](const TravellingLoad& load) { return std::span<const double>{load.offset}; });
+  all.add_all("axles, forces [N]", loads,
+              [](const TravellingLoad& load) { return std::span<const double>{load.force}; });
+  each("axles, speeds [m/s]", 0);
+  each("axles, starts [s]", 1);
 }
 
 void describe(Description& all, std::span<const BaseMotion> base) {

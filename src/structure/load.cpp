@@ -1,8 +1,12 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
+#include <numeric>
 #include <sstream>
+#include <string>
 #include <utility>
 
 #include "structure/place_algebra.hpp"
@@ -34,10 +38,69 @@ LoadPattern inertia_of(const MassPoints& points, const BaseMotion& base) {
   return pattern;
 }
 
+/// Where all nodes are that a force meets on its way along a beam [m]. @param quantity that asks for one @note
+/// Collective.
+std::vector<double> way_along(const MassPoints& points, const char* quantity) {
+  std::vector<double> own;
+  own.reserve(points.points());
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    own.push_back(points.direction(point) == Direction::y ? points.place(point).x
+                                                          : std::numeric_limits<double>::quiet_NaN());
+  }
+  int ranks = 1;
+  MPI_Comm_size(points.comm(), &ranks);
+  std::vector<int> counts(static_cast<std::size_t>(ranks));
+  std::vector<int> begins(counts.size());
+  const auto count = static_cast<int>(own.size());
+  MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, points.comm());
+  std::exclusive_scan(counts.begin(), counts.end(), begins.begin(), 0);
+  std::vector<double> all(static_cast<std::size_t>(points.total()));
+  MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), begins.data(), MPI_DOUBLE, points.comm());
+  for (std::size_t node = 0; node + 1 < all.size(); ++node) {
+    const double middle = 0.5 * (all[node] + all[node + 1]);
+    if (!(all[node] < all[node + 1]) || points.lever({.x = middle}).size() != 2) {
+      throw InputError{std::string{quantity} + ": not allowed but on one straight beam without gaps, expected none"};
+    }
+  }
+  return all;
+}
+
+/// Even over a length: hats of the nodes keep force and moment. @note Collective.
+LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
+  const std::vector<double> way = way_along(points, "load width");
+  if (!(load.width > 0.0)) {
+    throw InputError{"load width: " + std::to_string(load.width) +
+                     " is not allowed, expected a number >= 0 or inf [m]"};
+  }
+  const bool all = std::isinf(load.width);
+  const double from = all ? way.front() : load.position - 0.5 * load.width;
+  const double to = all ? way.back() : load.position + 0.5 * load.width;
+  for (const double edge : {from, to}) {
+    require_on("load position, load width", edge, points.extent());
+  }
+  std::vector<double> share(way.size(), 0.0);
+  for (std::size_t node = 0; node + 1 < way.size(); ++node) {
+    const double length = way[node + 1] - way[node];
+    const double left = std::clamp(from - way[node], 0.0, length);
+    const double right = std::clamp(to - way[node], 0.0, length);
+    const double of_next = 0.5 * (right * right - left * left) / length;
+    share[node] += (right - left - of_next) / (to - from);
+    share[node + 1] += of_next / (to - from);
+  }
+  LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    if (const double own = share[static_cast<std::size_t>(points.global(point))]; own > 0.0) {
+      pattern.point.push_back(point);
+      pattern.share.push_back(own);
+    }
+  }
+  return pattern;
+}
+
 }  // namespace
 
 Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
-             std::span<const BaseMotion> base)
+             std::span<const BaseMotion> base, std::span<const TravellingLoad> travelling)
     : gravity_{gravity}, nodes_{points.points()} {
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
@@ -48,6 +111,10 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   }
   for (const NodalLoad& load : nodal) {
     require_on("load position", load.position, points.extent());
+    if (load.table && load.width != 0.0) {
+      add(spread(points, load));
+      continue;
+    }
     if (!load.table) {
       throw InputError{"load table: none is given for a load, expected a force over time [N]"};
     }
@@ -59,6 +126,18 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
       }
     }
     add(std::move(pattern));
+  }
+  const std::vector<double> way = travelling.empty() ? std::vector<double>{} : way_along(points, "load axles");
+  for (const TravellingLoad& load : travelling) {
+    for (std::size_t node = 0; auto& table : node_tables(load, way)) {
+      const auto global = static_cast<PetscInt>(node++);
+      LoadPattern pattern{.point = {}, .share = {}, .table = std::move(table)};
+      if (points.owns(global)) {
+        pattern.point.push_back(static_cast<std::size_t>(global - points.begin()));
+        pattern.share.push_back(1.0);
+      }
+      add(std::move(pattern));
+    }
   }
   for (const BaseMotion& motion : base) {
     add(inertia_of(points, motion));

@@ -230,6 +230,30 @@ REFUSED = {
     "three_restitutions_two_supports": ({"contact_restitution": "1,1,1"}, ["-contact_restitution", "3", "2"]),
     "two_tables_one_load": ({"load_position": 5, "load_table": "table.csv,table.csv"}, ["-load_table", "2", "1"]),
     "load_without_table": ({"load_position": 5}, ["-load_table"]),
+    "width_without_load": ({"load_width": 1}, ["-load_width", "without -load_position"]),
+    "width_off_the_beam": (
+        {"load_position": 9, "load_table": "table.csv", "load_width": 3},
+        ["-load_position", "-load_width", "10.5", "10", "[m]"],
+    ),
+    "negative_width_of_a_load": (
+        {"load_position": 5, "load_table": "table.csv", "load_width": -1},
+        ["-load_width", "-1", ">= 0", "[m]"],
+    ),
+    "axles_without_speed": ({"load_axles": "table.csv"}, ["-load_axles_speed", "1", "-load_axles"]),
+    "axles_that_stand": ({"load_axles": "table.csv", "load_axles_speed": 0}, ["-load_axles_speed", "0", "[m/s]"]),
+    "axles_before_the_first": (
+        {"load_axles": "ahead.csv", "load_axles_speed": 10},
+        ["-load_axles", "ahead.csv", "-2", ">= 0", "[m]"],
+    ),
+    "speed_without_axles": ({"load_axles_start": 1}, ["-load_axles_start", "without -load_axles"]),
+    "axles_over_a_gap": (
+        {"load_axles": "table.csv", "load_axles_speed": 10, "beam_length": "5,5", "beam_gap": 0.1},
+        ["-load_axles", "without gaps"],
+    ),
+    "too_many_axles": (
+        {"load_axles": "table.csv", "load_axles_speed": 10, "beam_elements": 600000},
+        ["-load_axles", "2 axles", "600001 nodes", "1e+06"],
+    ),
     "base_motion_of_no_kind": (
         {"base_motion": "table.csv"},
         ["-base_motion_kind", "displacement, velocity or acceleration"],
@@ -465,6 +489,7 @@ YAML = {
 
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
+    "ahead.csv": "0,-1000\n-2,-1000\n",
     "absurd.csv": "0,0\n0.02,1e30\n0.1,0\n",
     "overflow.csv": "0,0\n0.02,1e160\n0.1,0\n",
     "hill.csv": "x,height\n0,0\n2,2\n4,1.5\n5,0\n",

@@ -80,8 +80,8 @@ class BaseMotion(UdarTest):
     def test_of_imported_matrices_is_that_of_their_beam(self):
         options = {"beam_left_end": "clamped", "beam_formulation": "hermite", "gauge_position": "5,10"}
         beam = self.shaken("beam", **options, structure_write=self.scratch / "beam")
-        files = {f"structure_{part}": self.scratch / f"beam.{part}.mtx" for part in ("stiffness", "mass")}
-        files["structure_points"] = self.scratch / "beam.points.csv"
+        files = {f"structure_{part}": self.scratch / f"beam-{part}.mtx" for part in ("stiffness", "mass")}
+        files["structure_points"] = self.scratch / "beam-points.csv"
         again = self.shaken("import", structure_type="import", gauge_position="5,10", **files)
         for name, curve in beam.csv("gauges.csv").items():
             np.testing.assert_allclose(again.csv("gauges.csv")[name], curve, rtol=0, atol=1e-8, err_msg=name)

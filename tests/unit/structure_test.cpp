@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -359,6 +360,32 @@ TEST(Loads, VisitThePiecesOfATableInATime) {
   EXPECT_EQ(pieces(std::nextafter(1.0, 0.0), std::nextafter(2.0, 3.0)).size(), 1U) << "ends at rows, but for rounding";
   EXPECT_EQ(pieces(4.0, 5.0), (Pieces{{4.0, 5.0}}));
   EXPECT_EQ(table.jumps(), std::vector<double>{1.0});
+}
+
+TEST(Loads, SpreadOverALengthKeepForceAndMoment) {
+  const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(8)};
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  for (const auto& [position, width] : {std::pair{5.0, kAll}, {3.3, 0.2}, {3.3, 4.0}, {2.5, 5.0}, {8.75, 2.5}}) {
+    const Loads loads{beam.points(), 0.0, {{.position = position, .width = width, .table = time_table({0.0}, {8.0})}}};
+    std::vector<double> work;
+    double sum = 0.0;
+    double moment = 0.0;
+    std::size_t nodes = 0;
+    const auto force = loads.force(0.0, work);
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      sum += force[i];
+      moment += force[i] * beam.position(static_cast<PetscInt>(i));
+      nodes += force[i] > 0.0 ? 1 : 0;
+    }
+    EXPECT_NEAR(sum, 8.0, 1e-14) << position << ' ' << width;
+    EXPECT_NEAR(moment, 8.0 * position, 1e-13) << position << ' ' << width;
+    EXPECT_EQ(nodes, std::isinf(width) ? 9U : width < 1.0 ? 2U : width < 3.0 ? 3U : 5U) << position << ' ' << width;
+  }
+  for (const auto& [position, width] : {std::pair{9.0, 2.5}, {0.5, 1.1}, {5.0, -1.0}}) {
+    EXPECT_THROW(
+        (Loads{beam.points(), 0.0, {{.position = position, .width = width, .table = time_table({0.0}, {8.0})}}}),
+        InputError);
+  }
 }
 
 TEST(Loads, RefuseTablesThatDoNotAscend) {

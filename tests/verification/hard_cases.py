@@ -19,6 +19,12 @@ GIVING = {  # one support moves, one gives way, one does both
 }
 # Steps of 1e-10 are by rounding, and an impulse between their ends is by where these are.
 MOVING_LINE = {**GIVING, "contact_surface": "line", "support_damping": 0, "ts_rtol": 1e-8}
+CROSSED = {
+    "load_axles": f"{MOTION.parent / 'axles.csv'},{MOTION.parent / 'axles.csv'}",
+    "load_axles_speed": "25,-18",
+    "load_axles_start": "0.02,0.31",
+    "initial_height": 0.6,
+}
 # A record of accelerations, and a displacement in place of the supports' own motion.
 SHAKEN = {
     "base_motion": f"{MOTION.parent / 'base_motion.csv'},{MOTION}",

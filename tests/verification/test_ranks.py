@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case
-from hard_cases import CORRECTED, CORRECTED_LINE, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
+from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
 from hard_cases import MOVING_LINE, SHAKEN, TOLERANCE
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
@@ -70,6 +70,7 @@ CASES = {
     },
     "unfiltered": {"filter_frequency": "none", "ts_dt": 2e-4, "support_width": "0,1", "integrators": ("moreau",)},
     "damped": {**GIVING, **DAMPED, "integrators": ("rk", "impact")},
+    "crossed": {**CROSSED, "contact_restitution": 0.5, "integrators": ("chebyshev", "impact")},
     "shaken": {**SHAKEN, "contact_restitution": 0.5},
     "moving_and_giving": {**GIVING, "integrators": ("rk", "impact")},
     "corrected_modes": {**CORRECTED, "contact_restitution": 0.5},

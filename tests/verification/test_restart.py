@@ -11,7 +11,7 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STOPPED_BY_STEPS, UdarTest, case, datasets
-from hard_cases import CORRECTED, CORRECTED_LINE, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
+from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
 from hard_cases import MOVING_LINE, SHAKEN
 
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
@@ -91,6 +91,7 @@ for integrator, steps, changes, name in (
     ("modal", 6, MODAL_LOADED, "all"),
     ("modal", 6, {**MODAL, **SHAKEN, "support_stiffness": 1e7}, "shaken"),
     ("moreau", 950, {**UNFILTERED, **SHAKEN}, "shaken"),
+    ("impact", 20, {**CROSSED, "contact_restitution": 0.5}, "crossed"),
 ):
     add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
 

@@ -14,6 +14,7 @@
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
+#include "udar/structure/travelling_load.hpp"
 
 namespace udar::app {
 
@@ -77,6 +78,7 @@ struct StartInput {
   InitialState initial{.height = 1.0};
   bool in_space = false;  ///< some velocity is not along y
   std::vector<NodalLoad> loads;
+  std::vector<TravellingLoad> travelling_loads;
   std::vector<BaseMotion> base_motion;
   Damping damping;
   std::vector<double> damping_ratio;

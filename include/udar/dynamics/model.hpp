@@ -30,6 +30,7 @@ struct ModelParameters {
   FilterParameters filter{};
   double gravity = 9.81;  ///< [m/s^2]
   std::vector<NodalLoad> loads{};
+  std::vector<TravellingLoad> travelling_loads{};
   std::vector<BaseMotion> base_motion{};  ///< added up; everything is told in the frame of the base
   Damping damping{};
   std::vector<double> damping_ratio{};  ///< as `Equations`

@@ -19,6 +19,7 @@ void describe(Description& all, const BeamParameters& beam);
 void describe(Description& all, const InitialState& initial);
 void describe(Description& all, std::span<const NodalLoad> loads);
 void describe(Description& all, std::span<const BaseMotion> base);
+void describe(Description& all, std::span<const TravellingLoad> loads);
 /// @}
 
 }  // namespace udar

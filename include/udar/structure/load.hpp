@@ -10,12 +10,14 @@
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/mass_points.hpp"
 #include "udar/structure/time_table.hpp"
+#include "udar/structure/travelling_load.hpp"
 
 namespace udar {
 
-/// @brief A force at a place that follows a table.
+/// @brief A force at a place, or spread evenly over a length, that follows a table.
 struct NodalLoad {
   double position = 0.0;                   ///< [m] from the left end; the nodes beside it share force and moment
+  double width = 0.0;                      ///< of the length about it [m], on the beam; 0: a point; infinite: all of it
   std::shared_ptr<const TimeTable> table;  ///< [N], y up
 };
 
@@ -34,10 +36,12 @@ class Loads {
  public:
   /// @param gravity [m/s^2], acts downward on every lumped mass
   /// @param base whose motions give each mass that moves the inertia force of its own in the frame of the base
+  /// @param nodal spread over a length, and those travelling: on a straight beam without gaps alone
   /// @note Collective.
-  /// @throws InputError if a position is off the beam, or has no table, or nothing moves along a motion of the base
+  /// @throws InputError if a position is off the beam, or has no table, if nothing moves along a motion of the base, or
+  /// there is no such beam
   Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
-        std::span<const BaseMotion> base = {});
+        std::span<const BaseMotion> base = {}, std::span<const TravellingLoad> travelling = {});
 
   /// @brief F [N], one value per local node; empty: none on this rank.
   /// @param work where it is built if it must be; the result lives as long as this object and `work` do
