@@ -2,17 +2,52 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+#include <vector>
+
+#include "udar/contact/contact_law.hpp"
 
 namespace udar {
+
+namespace {
+
+/// Of supports with a law of contact: which, and its parameters, for each number of all laws that there are.
+void describe_laws(Description& all, std::span<const Support> supports) {
+  std::vector<std::string> names;
+  for (const Support& support : supports) {
+    for (const auto& [name, values] : support.contact_law ? support.contact_law->numbers() : std::vector<LawNumber>{}) {
+      const std::string full = "supports, " + std::string{support.contact_law->name()} + ", " + std::string{name};
+      if (std::ranges::find(names, full) == names.end()) {
+        names.push_back(full);
+      }
+    }
+  }
+  for (const std::string& full : names) {
+    std::vector<std::vector<double>> of_supports;
+    for (const Support& support : supports) {
+      std::vector<double>& own = of_supports.emplace_back();
+      for (const auto& [name, values] :
+           support.contact_law ? support.contact_law->numbers() : std::vector<LawNumber>{}) {
+        if (full == "supports, " + std::string{support.contact_law->name()} + ", " + std::string{name}) {
+          own = values;
+        }
+      }
+    }
+    all.add_all(full, of_supports, [](const std::vector<double>& values) { return std::span<const double>{values}; });
+  }
+}
+
+}  // namespace
 
 void describe(Description& all, std::span<const Support> supports) {
   const auto number = [&](std::string_view name, std::size_t index) {
     all.add_each(name, supports, [index](const Support& support) {
       const auto& [position, width, height, restitution, side, yield_speed, profile, field, motion, stiffness, damping,
-                   friction, normal, x, y, z] = support;
+                   friction, normal, x, y, z, contact_law] = support;
       static_cast<void>(profile);  // the lists below
       static_cast<void>(field);
       static_cast<void>(motion);
+      static_cast<void>(contact_law);
       return std::array{position,    width,       height,    static_cast<double>(side),
                         restitution, yield_speed, stiffness, damping,
                         normal.x,    normal.y,    normal.z,  x.from,
@@ -38,6 +73,7 @@ void describe(Description& all, std::span<const Support> supports) {
       number(kNames.at(k), 8 + k);
     }
   }
+  describe_laws(all, supports);
   const auto motion = [](auto part) {
     return [part](const Support& s) {
       return s.motion ? std::span<const double>{((*s.motion).*part)()} : std::span<const double>{};

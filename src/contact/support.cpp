@@ -99,10 +99,32 @@ void require_apart(MPI_Comm comm, const std::vector<Support>& supports, const st
           "no other support on its side at its nodes, as one of them moves or gives way; floor and ground count");
 }
 
+/// Masses rest on a rigid support by the pull of the line alone: no law may press them on it, and two laws of one side
+/// are refused above.
+void require_no_rigid_support_beside(MPI_Comm comm, const std::vector<Support>& supports,
+                                     const std::vector<PointRows>& touched) {
+  if (std::ranges::none_of(supports, [](const Support& support) { return support.contact_law != nullptr; })) {
+    return;
+  }
+  auto first = static_cast<PetscInt>(supports.size());
+  for (std::size_t index = 0; index < supports.size(); ++index) {
+    for (std::size_t other = 0; other < supports.size(); ++other) {
+      if (supports[index].contact_law && !supports[other].elastic() && overlap(touched[index], touched[other])) {
+        first = std::min(first, static_cast<PetscInt>(index));
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &first, 1, MPIU_INT, MPI_MIN, comm);
+  require(first == static_cast<PetscInt>(supports.size()), "support position",
+          first < static_cast<PetscInt>(supports.size()) ? supports[static_cast<std::size_t>(first)].position : 0.0,
+          "no rigid support at the nodes of one with a `contact law`, on either side; floor and ground count [m]");
+}
+
 /// The rows of a support without the points that never move.
 void add_sets(const MassPoints& points, const Support& support, PetscInt index, const PointRows& touched,
               std::vector<ContactSet>& sets) {
   const double carried = support.elastic() ? touched.mass : 0.0;
+  const bool springs = support.elastic() && !support.contact_law;
   const bool level = support.normal.y == 1.0 && support.profile.x.empty() && !support.field;
   const auto add = [&](std::size_t first, std::size_t last) {
     if (first == last) {
@@ -117,9 +139,10 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
                                                    .profile = {},
                                                    .motion = support.motion,
                                                    .carried = carried,
-                                                   .stiffness = support.elastic() ? support.stiffness / carried : 0.0,
-                                                   .damping = support.elastic() ? support.damping / carried : 0.0,
-                                                   .friction = support.friction});
+                                                   .stiffness = springs ? support.stiffness / carried : 0.0,
+                                                   .damping = springs ? support.damping / carried : 0.0,
+                                                   .friction = support.friction,
+                                                   .contact_law = support.contact_law});
     for (std::size_t point = first; point < last && !level; ++point) {
       set.profile.push_back(height_at(points, support, point));
     }
@@ -158,6 +181,7 @@ Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) 
   }
   require_nodes_that_rub(points, supports, touched);
   require_apart(points.comm(), supports, touched);
+  require_no_rigid_support_beside(points.comm(), supports, touched);
   Contacts contacts{.supports = std::move(supports), .touched = {}, .sets = {}};
   for (std::size_t i = 0; i < touched.size(); ++i) {
     contacts.touched.push_back(touched[i].count);

@@ -24,7 +24,7 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
   std::string overlap;
   for (const ContactSet& set : sets) {
     const double lift = set.lift(0.0).height;
-    const bool presses = contact.on_line() && set.elastic();
+    const bool presses = set.elastic() && (contact.on_line() || set.contact_law);
     for (std::size_t node = set.first; node < set.last && overlap.empty() && !presses; ++node) {
       const double height = set.height(node) + lift;
       const double gap = set.side * (masses.position[node] - height);
@@ -41,7 +41,7 @@ void refuse_overlap(const MassPoints& points, const ContactState& contact, std::
                 << (floor ? "the ground" : "support " + std::to_string(set.support))
                 << " overlaps the beam at the start, by " << -gap << " m at x = " << points.place(node).x
                 << " m; expected a height on its own side of the beam (`initial height`) [m], or a spring that is "
-                   "pressed from the start (`support stiffness` with `contact surface` line)";
+                   "pressed from the start (`support stiffness` with `contact surface` line, or a `contact law`)";
         overlap = message.str();
       }
     }

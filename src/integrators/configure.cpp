@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 11> kFeatureNames{{
+constexpr std::array<FeatureName, 13> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -43,6 +43,8 @@ constexpr std::array<FeatureName, 11> kFeatureNames{{
     {Feature::stiffness_damping, "damping stiffness", "damping of the line (`damping stiffness`)", "0 [s]"},
     {Feature::modal_damping, "damping ratio", "damping of each mode (`damping ratio`)", "none"},
     {Feature::friction, "support friction", "supports that rub (`support friction`)", "0"},
+    {Feature::contact_laws, "contact law", "supports with a law of contact (`contact law`)", "none"},
+    {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
 }};
 
 /// "a, b or c".
@@ -206,7 +208,9 @@ Features needed_features(const ImpactProblem& problem) {
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::friction, support.friction > 0.0);
-    needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic());
+    const bool law = support.contact_law != nullptr;
+    needed.add(on_line ? Feature::laws_of_line : Feature::contact_laws, law);
+    needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic() && !law);
   }
   return needed;
 }

@@ -4,7 +4,8 @@
 
 namespace udar {
 
-StepSupports::StepSupports(const Sweep& sweep, const ContactState& contact) : sweep_{&sweep}, contact_{&contact} {
+StepSupports::StepSupports(const Sweep& sweep, const ContactState& contact, const LawHistory& history)
+    : sweep_{&sweep}, contact_{&contact}, history_{&history} {
   for (std::size_t from = 0; from < sweep.count; from += kBlock) {
     first_run_.push_back(block_runs_.size());
     for (std::size_t index = 0; index < contact.sets().size(); ++index) {
@@ -73,7 +74,11 @@ StopProblem StepSupports::problem(std::size_t node, std::int32_t resting) const 
               .moves = set.motion != nullptr,
               .path = {lift[1], lift[2], lift[3]},
               .stiffness = set.stiffness * sweep_->step * sweep_->step,
-              .damping = set.damping * sweep_->step};
+              .damping = set.damping * sweep_->step,
+              .contact_law = set.contact_law.get(),
+              .carried = set.carried,
+              .step = sweep_->step,
+              .largest = history_->largest(set, node)};
       all.sets[index] = &set;
     }
     if (rests) {

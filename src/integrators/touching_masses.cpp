@@ -12,7 +12,11 @@
 namespace udar {
 
 TouchingMasses::TouchingMasses(Sweep& sweep, ContactState& contact, FilteredStructure& structure)
-    : sweep_{&sweep}, contact_{&contact}, supports_{sweep, contact}, line_distance_{sweep, contact, supports_} {
+    : sweep_{&sweep},
+      contact_{&contact},
+      history_{contact},
+      supports_{sweep, contact, history_},
+      line_distance_{sweep, contact, supports_} {
   free_.fill(1.0);
   kink_share_.assign(contact.sets().empty() ? 0 : sweep.count, 0.0F);
   std::vector<std::size_t> nodes;
@@ -330,7 +334,12 @@ void TouchingMasses::write_journal() {
     }
     const StopProblem stops = supports_.problem(mass.node, mass.resting);
     Recorder recorder{*this, stops, mass.node};
-    static_cast<void>(local::advance(stops.problem, &recorder));
+    const local::Outcome outcome = local::advance(stops.problem, &recorder);
+    for (std::size_t stop = 0; stop < stops.sets.size(); ++stop) {
+      if (stops.sets[stop] != nullptr) {
+        history_.note(*stops.sets[stop], mass.node, outcome.largest[stop]);
+      }
+    }
   }
 }
 
@@ -366,10 +375,17 @@ EnergyFlow TouchingMasses::flow(double tau) const {
   EnergyFlow all;
   for (const MovingMass& mass : touching_) {
     if (!mass.known) {
-      local::Problem problem = supports_.problem(mass.node, mass.resting).problem;
+      StopProblem stops = supports_.problem(mass.node, mass.resting);
+      local::Problem& problem = stops.problem;
       problem.until = tau;
       FlowOfMass counter{problem};
-      static_cast<void>(local::advance(problem, &counter));
+      const local::Outcome outcome = local::advance(problem, &counter);
+      for (std::size_t stop = 0; stop < stops.sets.size(); ++stop) {
+        if (const ContactSet* set = stops.sets[stop]; set != nullptr && set->contact_law) {
+          const double gap = set->side * (outcome.displacement - problem.stops[stop].place(tau));
+          all.stored += sweep_->mass[mass.node] / set->carried * set->contact_law->stored(-gap, outcome.largest[stop]);
+        }
+      }
       const EnergyFlow& one = counter.sum();
       const double scale = sweep_->mass[mass.node] / (sweep_->step * sweep_->step);
       all.work += scale * one.work;
@@ -377,6 +393,18 @@ EnergyFlow TouchingMasses::flow(double tau) const {
     }
   }
   return all;
+}
+
+double TouchingMasses::stored(double time, std::span<const double> position) const {
+  double sum = 0.0;
+  for (const ContactSet& set : contact_->sets()) {
+    const double lift = set.contact_law ? set.lift(time).height : 0.0;
+    for (std::size_t node = set.first; node < set.last && set.contact_law; ++node) {
+      const double gap = set.side * (position[node] - set.height(node) - lift);
+      sum += sweep_->mass[node] / set.carried * set.contact_law->stored(-gap, history_.largest(set, node));
+    }
+  }
+  return sum;
 }
 
 double TouchingMasses::energy(std::size_t node, double speed) const { return 0.5 * sweep_->mass[node] * speed * speed; }

@@ -82,6 +82,7 @@ class Impact final : public ProblemIntegrator {
     } else if (stepped_) {
       line_->begin_step(length_);
       touching_->release_memory();
+      touching_->history().end_step();
     }
     ProblemIntegrator::begin_step();
   }
@@ -175,7 +176,11 @@ class Impact final : public ProblemIntegrator {
   }
 
   [[nodiscard]] EnergyFlow flow(double until) const override {
-    if (!stepped_ || flight_->flies()) {
+    if (!stepped_) {
+      const ReadArray now{state_};
+      return {.stored = touching_->stored(begin_, {now.values(), count_})};
+    }
+    if (flight_->flies()) {
       return {};
     }
     const double tau = std::clamp((until - begin_) / length_, 0.0, 1.0);
@@ -208,6 +213,7 @@ class Impact final : public ProblemIntegrator {
   }
   void save(MotionState& state) const override {
     line_->save(state);
+    touching_->history().save(count_, state);
     state.scalars["next_step"] = next_step_;
     state.scalars["may_fly"] = may_fly_ ? 1.0 : 0.0;
     state.scalars["scale_length"] = scale_.length;
@@ -215,6 +221,7 @@ class Impact final : public ProblemIntegrator {
   }
   void restore(const MotionState& state) override {
     line_->restore(state);
+    touching_->history().restore(count_, state);
     next_step_ = state.scalar("next_step");
     may_fly_ = state.scalars.contains("may_fly") && state.scalar("may_fly") != 0.0;
     scale_ = {.length = state.scalar("scale_length"), .velocity = state.scalar("scale_velocity")};
@@ -319,6 +326,7 @@ class Impact final : public ProblemIntegrator {
       may_fly_ = true;
     } else {
       line_->take_back();
+      touching_->history().forget();
     }
   }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "local/arc_parts.hpp"
+#include "local/law_arcs.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/numerics/gauss.hpp"
 #include "udar/numerics/roots.hpp"
@@ -13,31 +15,7 @@ namespace {
 using power_series::slope;
 using power_series::value;
 
-// Where an arc would have no length and must have one: far below what any force could do to the mass.
-constexpr double kMoment = 1e-8;
 constexpr int kMostStalls = 8;
-
-double side_of(std::size_t stop) { return stop == 0 ? 1.0 : -1.0; }
-
-/// Slower than this it stands on the stop, but for rounding.
-bool stands(const Problem& problem, double speed) { return std::abs(speed) <= problem.angle * problem.pull_resolution; }
-
-/// P in powers of the time since tau.
-std::array<double, kMostTerms> line_from(const Problem& problem, double tau) {
-  std::array<double, kMostTerms> line = problem.line;
-  power_series::shift(line.data(), problem.terms, tau);
-  return line;
-}
-
-/// Place of a stop in powers of the time since tau.
-std::array<double, kMostTerms> path_from(const Stop& stop, double tau) {
-  std::array<double, kMostTerms> path{stop.at};
-  if (stop.moves) {
-    std::ranges::copy(stop.path, path.begin() + 1);
-    power_series::shift(path.data(), 4, tau);
-  }
-  return path;
-}
 
 /// What drags take of a motion over an arc.
 double dragged(const Problem& problem, const double* motion, std::size_t count, double start, double length) {
@@ -49,28 +27,6 @@ double dragged(const Problem& problem, const double* motion, std::size_t count, 
   }
   return sum;
 }
-
-/// Gap of a stop on an arc, in powers of the time since its start.
-void fill_gap(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc) {
-  const Stop& support = problem.stops[stop];
-  const double side = side_of(stop);
-  for (std::size_t k = 0; k < arc.powers; ++k) {
-    arc.gap[k] = side * arc.series[k];
-  }
-  arc.gap[0] = side * (mass.place - support.at);
-  if (support.moves) {
-    const auto path = path_from(support, mass.tau);
-    for (std::size_t k = 0; k < 4; ++k) {
-      arc.gap[k] = side * (arc.series[k] - path[k]);
-    }
-  }
-}
-
-/// When something happens at a stop; negative: nothing does.
-struct StopEvent {
-  double at = -1.0;
-  bool opens = false;
-};
 
 /// A closed gap: when its force falls to zero or, where it has none, comes back or the gap opens.
 StopEvent end_of_touch(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
@@ -122,6 +78,12 @@ double next_closing(const Problem& problem, const Mass& mass, std::size_t stop, 
 
 StopEvent meet(const Problem& problem, const Mass& mass, std::size_t stop, FreeArc& arc, double end) {
   fill_gap(problem, mass, stop, arc);
+  if (mass.law[stop].closed()) {
+    return arc.stalled ? StopEvent{} : end_of_law(problem, mass, stop, arc, end);
+  }
+  if (problem.stops[stop].contact_law != nullptr) {
+    arc.gap[0] += face_of_law(problem.stops[stop], mass.law[stop]);
+  }
   if (mass.touch[stop].closed()) {
     const StopEvent met = end_of_touch(problem, mass, stop, arc, end);
     return arc.stalled ? StopEvent{} : met;
@@ -178,6 +140,9 @@ void count_press(const Problem& problem, const FreeArc& arc, const Mass& mass, s
 void change_touch(const Problem& problem, const FreeArc& arc, Mass& mass) {
   const auto stop = static_cast<std::size_t>(arc.met);
   const Stop& support = problem.stops[stop];
+  if (support.contact_law != nullptr) {
+    return change_law(problem, arc, mass);
+  }
   ElasticTouch& touch = mass.touch[stop];
   if (touch.changes_on_face(arc.opens)) {
     mass.place = support.place(mass.tau);
@@ -194,7 +159,9 @@ Mass mass_at_start(const Problem& problem) {
     const Stop& stop = problem.stops[index];
     const double side = side_of(index);
     const double gap = -side * stop.at;
-    if (stop.present && stop.elastic() && gap < 0.0) {
+    if (stop.present && stop.contact_law != nullptr) {
+      mass.law[index] = stop.contact_law->found(law_motion(problem, mass, index), stop.largest);
+    } else if (stop.present && stop.elastic() && gap < 0.0) {
       const double force = stop.stiffness * gap + stop.damping * side * (problem.velocity - stop.speed(0.0));
       mass.touch[index] = ElasticTouch::found(gap, force);
     }
@@ -280,6 +247,9 @@ void pass(const Problem& problem, const RestArc& arc, Mass& mass, Outcome& outco
 }
 
 void start_free_arc(const Problem& problem, const Mass& mass, FreeArc& arc) {
+  if (in_a_law(mass)) {
+    return start_law_arc(problem, mass, arc);
+  }
   const double z2 = problem.angle * problem.angle;
   const auto line = line_from(problem, mass.tau);
   arc.left = problem.until - mass.tau;
@@ -331,6 +301,7 @@ void find_event(const Problem& problem, const Mass& mass, FreeArc& arc) {
   arc.length = arc.longest;
   arc.met = -1;
   arc.opens = false;
+  arc.end = LawEnd::none;
   arc.stalled = mass.stalls > kMostStalls;
   for (std::size_t stop = 0; stop < 2; ++stop) {
     if (!problem.stops[stop].present) {
@@ -341,6 +312,7 @@ void find_event(const Problem& problem, const Mass& mass, FreeArc& arc) {
       arc.length = first.at;
       arc.met = static_cast<int>(stop);
       arc.opens = first.opens;
+      arc.end = first.end;
     }
   }
   if (arc.stalled && arc.met < 0) {
@@ -359,6 +331,12 @@ void pass(const Problem& problem, const FreeArc& arc, Mass& mass, Outcome& outco
     if (report != nullptr && mass.touch[stop].closed()) {
       report->stops[stop] = report_touch(problem, arc, mass, stop);
     }
+    if (mass.law[stop].closed()) {
+      count_law(problem, arc, mass, stop, outcome);
+    }
+    if (report != nullptr && mass.law[stop].closed()) {
+      report->stops[stop] = report_law(problem, arc, mass, stop);
+    }
   }
   if (report != nullptr && problem.drag != 0.0) {
     report->dragged = dragged(problem, arc.series.data(), arc.powers, mass.tau, end);
@@ -368,6 +346,9 @@ void pass(const Problem& problem, const FreeArc& arc, Mass& mass, Outcome& outco
   mass.tau += end;
   for (ElasticTouch& touch : mass.touch) {
     touch.pass();
+  }
+  if (in_a_law(mass)) {
+    pass_law(problem, end, mass);
   }
   if (arc.met >= 0) {
     return;

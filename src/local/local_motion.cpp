@@ -90,6 +90,7 @@ Outcome advance(const Problem& problem, Journal* journal) {
   outcome.displacement = mass.place;
   outcome.velocity = mass.velocity;
   outcome.resting = mass.resting;
+  outcome.largest = {mass.law[0].largest, mass.law[1].largest};
   return outcome;
 }
 

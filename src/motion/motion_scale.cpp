@@ -52,9 +52,9 @@ Cause of_supports(const Equations& equations, std::span<const ContactSet> sets, 
     for (const double time : times) {
       const SupportMotion::State lift = set.lift(time);
       const double way = std::abs(lift.height - start);
-      const double spring = set.elastic() ? std::sqrt(set.stiffness + wf * wf) : wf;
-      cause.add(way,
-                on_line || set.elastic() ? std::min(std::abs(lift.velocity), spring * way) : std::abs(lift.velocity));
+      const bool springs = set.elastic() && !set.contact_law;  // those of a law have no bound
+      const double spring = springs ? std::sqrt(set.stiffness + wf * wf) : wf;
+      cause.add(way, on_line || springs ? std::min(std::abs(lift.velocity), spring * way) : std::abs(lift.velocity));
     }
   }
   return cause;

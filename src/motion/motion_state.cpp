@@ -71,8 +71,9 @@ constexpr std::array kScalars{Named{"impacts", kCount},
 // Forces of supports may have no number, and are judged where they are read.
 constexpr std::array kTables{Named{"support_impulse", kFinite}, Named{"amplitude", kFinite},
                              Named{"contact_force", kFinite}, Named{"modal_", kAnyNumber}};
-constexpr std::array kFields{Named{"mass_", kFinite}, Named{"stretch", kFinite}, Named{"line_", kFinite},
-                             Named{"contact_force_", kFinite}, Named{"last_contact", kAnyNumber}};
+constexpr std::array kFields{Named{"mass_", kFinite},           Named{"stretch", kFinite},
+                             Named{"line_", kFinite},           Named{"contact_force_", kFinite},
+                             Named{"last_contact", kAnyNumber}, Named{"largest_compression", kTime}};
 
 /// By the longest name that fits; null: none does.
 template <std::size_t Count>

@@ -222,6 +222,103 @@ REFUSED = {
         {"support_stiffness": 1e6, "support_yield_speed": 0.5},
         ["-support_yield_speed", "0.5", "-support_stiffness"],
     ),
+    "unknown_contact_law": ({"contact_law": "hooke"}, ["-contact_law", "hooke", "hertz", "hunt_crossley", "table"]),
+    "three_laws_two_supports": ({"contact_law": "hertz,hertz,none"}, ["-contact_law", "3", "2"]),
+    "hertz_without_stiffness": ({"contact_law": "hertz"}, ["-contact_stiffness", "0", "> 0", "[N/m^n]"]),
+    "negative_contact_stiffness": (
+        {"contact_law": "hertz", "contact_stiffness": -1},
+        ["-contact_stiffness", "-1", "> 0", "[N/m^n]"],
+    ),
+    "stiffness_of_no_law": ({"contact_stiffness": 1e6}, ["-contact_stiffness", "-contact_law", "hertz"]),
+    "contact_exponent": (
+        {"contact_law": "hunt_crossley", "contact_stiffness": 1e6, "contact_exponent": 0.5},
+        ["-contact_exponent", "0.5", "from 1 to 3"],
+    ),
+    "exponent_of_hertz": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "contact_exponent": 2},
+        ["-contact_exponent", "-contact_law hunt_crossley"],
+    ),
+    "contact_damping": (
+        {"contact_law": "hunt_crossley", "contact_stiffness": 1e6, "contact_damping": -0.1},
+        ["-contact_damping", "-0.1", ">= 0", "[s/m]"],
+    ),
+    "bilinear_without_unloading": (
+        {"contact_law": "bilinear", "contact_stiffness": 1e6},
+        ["-contact_unloading_stiffness", "0", "no less than any slope", "[N/m]"],
+    ),
+    "unloads_softer_than_it_loads": (
+        {"contact_law": "bilinear", "contact_stiffness": 1e6, "contact_unloading_stiffness": 5e5},
+        ["-contact_unloading_stiffness", "500000", "no less than any slope", "[N/m]"],
+    ),
+    "crush_without_plateau": (
+        {"contact_law": "crush", "contact_stiffness": 1e6},
+        ["-contact_plateau_force", "0", "> 0", "[N]"],
+    ),
+    "crush_that_bottoms_out_at_once": (
+        {
+            "contact_law": "crush",
+            "contact_stiffness": 1e6,
+            "contact_plateau_force": 1e4,
+            "contact_bottoming_compression": 0.01,
+        },
+        ["-contact_bottoming_compression", "0.01", "above", "[m]"],
+    ),
+    "crush_that_hardens_beyond_its_own": (
+        {
+            "contact_law": "crush",
+            "contact_stiffness": 1e6,
+            "contact_plateau_force": 1e4,
+            "contact_bottoming_compression": 0.1,
+            "contact_bottoming_stiffness": 1e7,
+        },
+        ["-contact_bottoming_stiffness", "1e+07", "to the elastic stiffness", "[N/m]"],
+    ),
+    "bottoming_of_no_crush": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "contact_bottoming_stiffness": 1e5},
+        ["-contact_bottoming_stiffness", "-contact_law crush"],
+    ),
+    "table_without_a_file": (
+        {"contact_law": "table", "contact_unloading_stiffness": 1e6},
+        ["-contact_table", "-contact_law table", "[m]", "[N]"],
+    ),
+    "contact_table_goes_back": (
+        {"contact_law": "table", "contact_unloading_stiffness": 1e6, "contact_table": "back.csv"},
+        ["-contact_table", "back.csv", "ascending", "[m]"],
+    ),
+    "contact_table_begins_with_a_force": (
+        {"contact_law": "table", "contact_unloading_stiffness": 1e6, "contact_table": "hill.csv"},
+        ["-contact_table", "first is 0", "[N]"],
+    ),
+    "table_of_no_law": ({"contact_table": "table.csv"}, ["-contact_table", "-contact_law table"]),
+    "negative_preload": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "contact_preload": -5},
+        ["-contact_preload", "-5", ">= 0", "[N]"],
+    ),
+    "preload_beyond_the_plateau": (
+        {"contact_law": "crush", "contact_stiffness": 1e6, "contact_plateau_force": 1e4, "contact_preload": 2e4},
+        ["-contact_preload", "20000", "reaches", "[N]"],
+    ),
+    "preload_of_no_law": ({"contact_preload": 10}, ["-contact_preload", "-contact_law"]),
+    "law_with_a_spring": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "support_stiffness": 1e6},
+        ["-support_stiffness", "1e+06", "-contact_law hertz", "inf", "[N/m]"],
+    ),
+    "law_with_restitution": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "contact_restitution": 0.5},
+        ["-contact_restitution", "0.5", "-contact_law"],
+    ),
+    "law_over_a_floor": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "floor": True, "support_side": "above", "support_height": 5},
+        ["-support_position", "rigid support", "-contact_law"],
+    ),
+    "law_by_rk": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "ts_type": "rk"},
+        ["-ts_type", "rk", "-contact_law", "expected impact"],
+    ),
+    "law_under_the_line": (
+        {"contact_law": "hertz", "contact_stiffness": 1e6, "contact_surface": "line"},
+        ["-contact_law", "-contact_surface line", "expected none"],
+    ),
     "damper_without_spring": ({"support_damping": 10}, ["-support_damping", "10", "-support_stiffness", "[N s/m]"]),
     "wrong_weighting": ({"support_weighting": "equal"}, ["-support_weighting", "equal", "tributary"]),
     "three_heights_two_supports": ({"support_height": "0,0,0"}, ["-support_height", "3", "2"]),

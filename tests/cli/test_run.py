@@ -954,7 +954,8 @@ NOT_TRIED = {
 
 def changes_at_a_restart(folder):
     """(name, keys, what the refusal says: quantity, value there, value here; empty if the run goes on)."""
-    tables = {"load": "0,0\n1,1\n", "motion": "0,0\n1,0\n", "ground": "0,-1\n10,-1\n", "shape": "0,0\n10,0\n"}
+    tables = {"load": "0,0\n1,1\n", "motion": "0,0\n1,0\n", "ground": "0,-1\n10,-1\n", "shape": "0,0\n10,0\n",
+              "curve": "0,0\n1,4\n2,5\n"}
     for name, text in tables.items():
         (folder / f"{name}.csv").write_text(text)
     path = {name: folder / f"{name}.csv" for name in tables}
@@ -1009,6 +1010,22 @@ def changes_at_a_restart(folder):
         ({"support_stiffness": 1e6, "support_damping": 5, "ts_type": "impact"},
          "supports, stiffness [N/m]: inf inf there, 1e+06 1e+06 here",
          "supports, damping [N s/m]: 0 0 there, 5 5 here"),
+        ({"contact_law": "hunt_crossley", "contact_stiffness": 5, "contact_exponent": 2, "contact_damping": 3},
+         "supports, power law, stiffness [N/m^n]: none there, 1 5 1 5 here",
+         "supports, power law, exponent: none there, 1 2 1 2 here",
+         "supports, power law, damping [s/m]: none there, 1 3 1 3 here"),
+        ({"contact_law": "bilinear,table", "contact_stiffness": 5, "contact_unloading_stiffness": 50,
+          "contact_table": f"none,{path['curve']}"},
+         "supports, loading curve, compression [m]: none there, 1 0 3 0 1 2 here",
+         "supports, loading curve, force [N]: none there, 1 0 3 0 4 5 here",
+         "supports, loading curve, last slope [N/m]: none there, 1 5 1 1 here",
+         "supports, loading curve, unloading slope [N/m]: none there, 1 50 1 50 here"),
+        ({"contact_law": "crush", "contact_stiffness": 8, "contact_plateau_force": 4, "contact_preload": 2,
+          "contact_bottoming_compression": 2, "contact_bottoming_stiffness": 1},
+         "supports, heights [m]: 0 0 there, 0.25 0.25 here",
+         "supports, loading curve, compression [m]: none there, 3 0 0.5 2 3 0 0.5 2 here",
+         "supports, loading curve, force [N]", "supports, loading curve, last slope [N/m]",
+         "supports, loading curve, unloading slope [N/m]"),
         ({"support_motion": path["motion"], "ts_type": "impact"}, "supports, times of motion [s]",
          "supports, heights of motion [m]", "supports, velocities of motion [m/s]"),
         ({"contact_surface": "line", "contact_line_dense_max": 7, "ts_type": "impact"},

@@ -34,6 +34,22 @@ SHAKEN = {
     "load_table": MOTION.parent / "base_motion.csv",
     "initial_height": 0.6,
 }
+LAWS = {  # one for each kind of memory, and one pressed from the start
+    "support_position": "2,8,5",
+    "support_width": "1,1,0.5",
+    "support_height": "0,0,0.7",
+    "support_side": "below,below,above",
+    "contact_law": "crush,hunt_crossley,bilinear",
+    "contact_stiffness": "4e6,2e7,1e5",
+    "contact_damping": 0.4,
+    "contact_plateau_force": 2e4,
+    "contact_bottoming_compression": 0.03,
+    "contact_bottoming_stiffness": 1e6,
+    "contact_unloading_stiffness": 3e5,
+    "contact_preload": "0,0,1e4",
+    "initial_height": 0.7,
+    "ts_rtol": 1e-10,
+}
 DAMPED = {"damping_mass": 0.5, "damping_stiffness": 2e-3}
 LINE_CONTACT = {"contact_surface": "line", "support_width": "0,1"}
 MODAL = {"filter_frequency": None, "ts_type": "modal", "modal_modes": 12, "modal_estimate": "no"}

@@ -10,8 +10,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STEEL_MASS, STOPPED_BY_STEPS, UdarTest, case
-from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
-from hard_cases import MOVING_LINE, SHAKEN, TOLERANCE
+from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LAWS, LINE_CONTACT, MODAL, MODAL_LOADED
+from hard_cases import MOTION, MOVING_LINE, SHAKEN, TOLERANCE
 
 INTEGRATORS = ("rk", "chebyshev", "impact")
 FREE_FLIGHT = {"support_position": None, "initial_velocity": 2, "initial_angular_velocity": 0.3, "initial_slope": 0.1}
@@ -28,6 +28,7 @@ CASES = {
         "contact_restitution": "0.5,1,0.7",
         "initial_velocity": 1,
     },
+    "contact_laws": {**LAWS, "integrators": ("impact",)},
     "line_contact": {**LINE_CONTACT, "integrators": ("chebyshev", "impact")},
     "line_on_springs": {**LINE_CONTACT, "support_stiffness": 2e6, "integrators": ("chebyshev",)},
     # In flight round-off alone is the error that adapted steps go by, and a kink of the line is met by another step.

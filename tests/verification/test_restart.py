@@ -11,8 +11,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STOPPED_BY_STEPS, UdarTest, case, datasets
-from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LINE_CONTACT, MODAL, MODAL_LOADED, MOTION
-from hard_cases import MOVING_LINE, SHAKEN
+from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LAWS, LINE_CONTACT, MODAL, MODAL_LOADED
+from hard_cases import MOTION, MOVING_LINE, SHAKEN
 
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
 
@@ -82,6 +82,7 @@ for integrator, steps, changes, name in (
     ("moreau", 950, {**UNFILTERED, **DAMPED_SPRINGS}, "unfiltered_on_springs"),
     ("rk", 150, MOVING_LINE, "moving_and_giving_line"),
     ("impact", 20, MOVING_LINE, "moving_and_giving_line"),
+    ("impact", 60, {**LAWS, "ts_rtol": 1e-8, "contact_restitution": 1}, "contact_laws"),
     ("rk", 150, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
     ("impact", 20, {**MOVING_LINE, "contact_line_dense_max": 0}, "moving_and_giving_many"),
     ("rk", 150, {**LINE_CONTACT, **MANY}, "many_contact_nodes"),

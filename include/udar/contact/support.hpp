@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/contact/contact_law.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/contact/support_motion.hpp"
 #include "udar/numerics/height_grid.hpp"
@@ -24,8 +25,9 @@ enum class SupportSide : std::int8_t {
   above = -1,  ///< keeps masses below its height, or behind its face
 };
 
-/// @brief A support, rigid or on springs; it touches every node within its width, edges included. Where the beam has a
-/// mass patch from `from()` to `to()` these carry the mass of the width, else each its own.
+/// @brief A support, rigid, on springs or with a law of contact; it touches every node within its width, edges
+/// included. Where the beam has a mass patch from `from()` to `to()` these carry the mass of the width, else each its
+/// own.
 struct Support {
   double position = 0.0;     ///< centre [m] from the left end
   double width = 0.0;        ///< [m]; 0: the nearest node alone
@@ -51,8 +53,12 @@ struct Support {
   Extent x{-Region::kEnd, Region::kEnd};  ///< of what it touches, besides its width: of a face of a box [m]
   Extent y{-Region::kEnd, Region::kEnd};  ///< of what it touches [m]
   Extent z{-Region::kEnd, Region::kEnd};
+  std::shared_ptr<const ContactLaw> contact_law = nullptr;  ///< of all of it, in place of a spring; null: none
 
-  [[nodiscard]] bool elastic() const noexcept { return stiffness < std::numeric_limits<double>::infinity(); }
+  /// It gives way, by a spring or by a law of contact.
+  [[nodiscard]] bool elastic() const noexcept {
+    return stiffness < std::numeric_limits<double>::infinity() || contact_law != nullptr;
+  }
   /// Rigid and at rest: nothing but the impact law.
   [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
   [[nodiscard]] ImpactLaw law() const noexcept { return {.restitution = restitution, .yield_speed = yield_speed}; }
@@ -102,6 +108,7 @@ struct ContactSet {
   double stiffness = 0.0;  ///< of a spring over the mass it carries [1/s^2]; 0: rigid
   double damping = 0.0;    ///< the same of a damper [1/s]
   double friction = 0.0;   ///< Coulomb's coefficient [-]
+  std::shared_ptr<const ContactLaw> contact_law = nullptr;  ///< shared by `carried`, in place of a spring; null: none
 
   /// Height of the contact face at a local node, without its motion [m].
   [[nodiscard]] double height(std::size_t node) const { return profile.empty() ? level : profile[node - first]; }
@@ -113,7 +120,7 @@ struct ContactSet {
   [[nodiscard]] SupportMotion::State lift(double time, double begin) const {
     return motion ? motion->at(time, begin) : SupportMotion::State{};
   }
-  [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0; }
+  [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0 || contact_law != nullptr; }
   /// Rigid and at rest: nothing but the impact law.
   [[nodiscard]] bool plain() const noexcept { return !motion && !elastic(); }
 };

@@ -25,6 +25,8 @@ enum class Feature : std::uint8_t {
   stiffness_damping,  ///< Rayleigh damping by the line's springs
   modal_damping,      ///< a damping ratio for each mode
   friction,           ///< supports that rub
+  contact_laws,       ///< supports with a law of contact under masses
+  laws_of_line,       ///< the same under the line that they hold
 };
 
 /// Contact points of the line whose sets can be told one by one.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "udar/contact/support.hpp"
+#include "udar/integrators/law_history.hpp"
 #include "udar/integrators/sweep.hpp"
 #include "udar/local/local_motion.hpp"
 #include "udar/motion/contact_state.hpp"
@@ -25,7 +26,7 @@ struct StopProblem {
 class StepSupports {
  public:
   /// All outlive this object.
-  StepSupports(const Sweep& sweep, const ContactState& contact);
+  StepSupports(const Sweep& sweep, const ContactState& contact, const LawHistory& history);
 
   /// The step of the sweep, or another length of it.
   void begin();
@@ -41,6 +42,7 @@ class StepSupports {
  private:
   const Sweep* sweep_;
   const ContactState* contact_;
+  const LawHistory* history_;
   std::vector<std::size_t> block_runs_;       // of every block, by index
   std::vector<std::size_t> first_run_;        // of a block, in `block_runs_`
   std::vector<std::array<double, 4>> lifts_;  // of every contact set in powers of tau [m]

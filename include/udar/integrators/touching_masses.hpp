@@ -10,6 +10,7 @@
 
 #include "udar/contact/support.hpp"
 #include "udar/filter/filtered_structure.hpp"
+#include "udar/integrators/law_history.hpp"
 #include "udar/integrators/line_distance.hpp"
 #include "udar/integrators/step_supports.hpp"
 #include "udar/integrators/sweep.hpp"
@@ -45,8 +46,14 @@ class TouchingMasses {
   void write_journal();
   /// Offers the smallest distance of the line from the supports in this step.
   void track_line() { line_distance_.track(); }
-  /// What flowed besides impacts up to a share `tau` of the accepted step, this rank's share.
+  /// What flowed besides impacts up to a share `tau` of the accepted step, and is in laws of contact then, this rank's
+  /// share.
   [[nodiscard]] EnergyFlow flow(double tau) const;
+  /// What is in laws of contact between steps [J], this rank's share. @param time [s] @param position [m]
+  [[nodiscard]] double stored(double time, std::span<const double> position) const;
+  /// What laws of contact remember: of the start of the step at hand, and of its end.
+  [[nodiscard]] LawHistory& history() noexcept { return history_; }
+  [[nodiscard]] const LawHistory& history() const noexcept { return history_; }
   /// Calls `visit` with the local node of every mass that may have touched something in the accepted step.
   template <class Visit>
   void each(const Visit& visit) const {
@@ -118,6 +125,7 @@ class TouchingMasses {
 
   Sweep* sweep_;
   ContactState* contact_;
+  LawHistory history_;
   StepSupports supports_;
   LineDistance line_distance_;
   Tally* tally_ = nullptr;

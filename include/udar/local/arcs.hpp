@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 
+#include "udar/contact/contact_law.hpp"
 #include "udar/contact/elastic_touch.hpp"
 #include "udar/local/local_motion.hpp"
 #include "udar/numerics/legendre.hpp"
@@ -22,7 +23,8 @@ struct Mass {
   double velocity = 0.0;                ///< [m per step]
   int resting = -1;                     ///< on this stop
   int standing = -1;                    ///< it moves, and is on this stop exactly
-  std::array<ElasticTouch, 2> touch{};  ///< of stops that are not rigid
+  std::array<ElasticTouch, 2> touch{};  ///< of stops with spring and damper
+  std::array<LawState, 2> law{};        ///< of stops with a law
   bool returned = false;                ///< it rests again where it was just released
   int arcs = 0;                         ///< so far
   int stalls = 0;                       ///< arcs without length, one after the other
@@ -52,6 +54,7 @@ struct FreeArc {
   std::array<double, kMostPowers> gap{};     ///< work: of a stop
   int met = -1;                              ///< the stop of the event; -1: none
   bool opens = false;                        ///< the event is the end of a closed gap
+  LawEnd end = LawEnd::none;                 ///< or of a piece of a law
   bool stalled = false;                      ///< many arcs had no length: this one has
 };
 

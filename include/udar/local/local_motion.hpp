@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "udar/contact/contact_law.hpp"
 #include "udar/contact/impact_law.hpp"
 #include "udar/numerics/legendre.hpp"
 
@@ -25,8 +26,16 @@ struct Stop {
   std::array<double, 3> path{};  ///< its way since the start, in tau, tau^2 and tau^3 [m]
   double stiffness = 0.0;        ///< k/m [1/step^2]; 0: rigid, > 0: no restitution
   double damping = 0.0;          ///< c/m of one that is not rigid [1/step]
+  /// @name In place of spring and damper.
+  /// @{
+  const ContactLaw* contact_law = nullptr;  ///< null: none
+  double carried = 0.0;                     ///< mass that shares the law's force [kg]
+  double step = 0.0;                        ///< length of the step [s]
+  double largest = 0.0;                     ///< compression up to the start [m]
+  /// @}
 
-  [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0; }
+  /// It gives way, by spring and damper or by a law.
+  [[nodiscard]] bool elastic() const noexcept { return stiffness > 0.0 || contact_law != nullptr; }
   [[nodiscard]] ImpactLaw law() const noexcept { return {.restitution = restitution, .yield_speed = yield_speed}; }
   [[nodiscard]] double place(double tau) const noexcept {
     return moves ? at + tau * (path[0] + tau * (path[1] + tau * path[2])) : at;
@@ -38,7 +47,7 @@ struct Stop {
 
 /// @brief The problem: z'' = angle^2 (P(tau) - z) - drag z', z(0) = 0, z'(0) = velocity, tau from 0 to 1; lower and
 /// upper stop. A stop that is not rigid adds -(k/m) g - (c/m) g' while its gap g is negative and that is not an
-/// attraction.
+/// attraction, or the force of its law over the mass that shares it.
 struct Problem {
   double angle = 0.0;                     ///< wf h [rad]
   std::size_t terms = 0;                  ///< of P
@@ -62,8 +71,9 @@ struct Outcome {
   double velocity = 0.0;                     ///< [m per step]
   int resting = -1;                          ///< stop it rests on
   int impacts = 0;
-  double first_impact = 2.0;  ///< tau; above 1: none
-  double kick = 0.0;          ///< sum of |velocity jumps| [m per step]
+  double first_impact = 2.0;        ///< tau; above 1: none
+  double kick = 0.0;                ///< sum of |velocity jumps| [m per step]
+  std::array<double, 2> largest{};  ///< compressions of stops with a law so far [m]
 };
 
 /// More impacts of one mass in one step than this end in rest, with the energy booked as lost.

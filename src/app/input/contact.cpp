@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "app/input/contact_laws.hpp"
 #include "app/input/readers.hpp"
 #include "udar/contact/box.hpp"
 #include "udar/io/height_field_file.hpp"
@@ -66,14 +67,17 @@ Facing facing(std::span<const double> given) {
           .turned = *largest < 0.0};
 }
 
-/// Refuses an impact law for a support on springs; a restitution of 1 in a list for others passes.
-void given_with_spring(bool restitution_given, double restitution, double yield_speed) {
+constexpr const char* kStiffness = "-support_stiffness";
+
+/// Refuses an impact law for a support that gives way, by a key; a restitution of 1 in a list for others passes.
+void given_with(const char* key, bool restitution_given, double restitution, double yield_speed) {
   if (yield_speed < kInfinity || (restitution_given && restitution != 1.0)) {
     std::ostringstream message;
     message << "option " << (yield_speed < kInfinity ? "-support_yield_speed" : "-contact_restitution") << ": "
-            << (yield_speed < kInfinity ? yield_speed : restitution)
-            << " is not allowed with -support_stiffness, expected " << (yield_speed < kInfinity ? "inf" : "1")
-            << ": spring and damper decide how a mass leaves [-]";
+            << (yield_speed < kInfinity ? yield_speed : restitution) << " is not allowed with " << key << ", expected "
+            << (yield_speed < kInfinity ? "inf" : "1")
+            << (key == kStiffness ? ": spring and damper decide how a mass leaves [-]"
+                                  : ": the law decides how a mass leaves [-]");
     throw InputError{message.str()};
   }
 }
@@ -96,7 +100,6 @@ struct FileList {
   }
 };
 
-constexpr const char* kPerSupport = "one per -support_position";
 constexpr const char* kPerSupportOrGround = "one per support, floor or ground included";
 
 /// What stands under the whole beam.
@@ -249,6 +252,7 @@ class SupportLists {
   [[nodiscard]] bool in_space() const noexcept {
     return facing_given_ || field_.given || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
   }
+  [[nodiscard]] bool restitution_given() const noexcept { return restitution_.given; }
   [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
   /// Restitution, friction and yield speed of an entry: supports, boxes, ground.
   [[nodiscard]] Support law(std::size_t i) const {
@@ -298,7 +302,7 @@ class SupportLists {
                        " is not allowed without -support_stiffness, expected 0: a rigid support has no damper [N s/m]"};
     }
     if (support.elastic()) {
-      given_with_spring(restitution_.given, support.restitution, support.yield_speed);
+      given_with(kStiffness, restitution_.given, support.restitution, support.yield_speed);
     }
     return support;
   }
@@ -332,6 +336,23 @@ class SupportLists {
   NumberList damping_{"-support_damping", {0.0}};
 };
 
+/// Gives a support its law of contact, if it has one.
+/// @param restitution_given whether there is a list of restitutions
+void add_law(MPI_Comm comm, const LawLists& laws, std::size_t i, bool restitution_given, Support& support) {
+  support.contact_law = laws.law(comm, i);
+  if (!support.contact_law) {
+    return;
+  }
+  if (support.stiffness < kInfinity) {
+    std::ostringstream message;
+    message << "option -support_stiffness: " << support.stiffness << " is not allowed with -contact_law "
+            << laws.name(i) << ", expected inf: the law says how the support gives way [N/m]";
+    throw InputError{message.str()};
+  }
+  given_with("-contact_law", restitution_given, support.restitution, support.yield_speed);
+  support.height += static_cast<double>(support.side) * laws.interference(*support.contact_law, i);
+}
+
 void read_contact_parameters(OptionGroup& group, ContactParameters& contact) {
   group.choice<ContactSurface>("-contact_surface", contact.surface, kSurfaces,
                                "who touches the supports: the masses, by the impact law, or the line, held off by "
@@ -362,13 +383,17 @@ ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>&
   lists.read_law(group);
   read_contact_parameters(group, input.contact);
   lists.read_motion_and_springs(group);
+  LawLists laws;
+  laws.read(group);
   input.faces_in_space = lists.in_space();
   lists.settle(ground.any());
+  laws.settle(lists.count());
   if (input.contact.surface == ContactSurface::line) {
     lists.refuse_law_of_line();
   }
   for (std::size_t i = 0; i < lists.count(); ++i) {
-    const Support& support = input.supports.emplace_back(lists.support(comm, i));
+    Support& support = input.supports.emplace_back(lists.support(comm, i));
+    add_law(comm, laws, i, lists.restitution_given(), support);
     if (lists.tributary() && support.width > 0.0 && std::isfinite(support.width)) {
       input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }

@@ -34,6 +34,9 @@ struct NumberList {
   [[nodiscard]] double operator[](std::size_t i) const { return values[i]; }
 };
 
+/// What lists of supports must match.
+inline constexpr const char* kPerSupport = "one per -support_position";
+
 /// A word of an option and what it stands for.
 template <class T>
 using Names = std::pair<const char*, T>;

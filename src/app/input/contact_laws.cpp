@@ -1,0 +1,143 @@
+#include "app/input/contact_laws.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "udar/contact/loading_curve.hpp"
+#include "udar/contact/power_law.hpp"
+#include "udar/io/table_file.hpp"
+#include "udar/petsc/error.hpp"
+
+namespace udar::app {
+namespace {
+
+constexpr std::array kKinds{
+    Names<LawKind>{"none", LawKind::none},         Names<LawKind>{"hertz", LawKind::hertz},
+    Names<LawKind>{"bilinear", LawKind::bilinear}, Names<LawKind>{"hunt_crossley", LawKind::hunt_crossley},
+    Names<LawKind>{"crush", LawKind::crush},       Names<LawKind>{"table", LawKind::table}};
+
+}  // namespace
+
+void LawLists::read(petsc::OptionGroup& group) {
+  given_ = group.choices<LawKind>(
+      "-contact_law", kind_, kKinds,
+      "law of a support that gives way to masses, in place of -support_stiffness; its force is shared by the masses it "
+      "touches: none; hertz, k d^1.5 over the compression d; hunt_crossley, k d^n (1 + c d'); bilinear, loading and "
+      "unloading slope; crush, elastic, then a plateau, then bottoming out; table, a loading curve and an unloading "
+      "slope. By -ts_type impact");
+  stiffness_.read(group, "N/m^n", petsc::positive(),
+                  "of hertz [N/m^1.5] and hunt_crossley [N/m^n]: k; of bilinear [N/m]: loading slope; of crush [N/m]: "
+                  "elastic slope, of unloading, too");
+  exponent_.read(group, "-", petsc::between(1.0, 3.0), "of hunt_crossley: n");
+  damping_.read(group, "s/m", petsc::non_negative(), "of hunt_crossley: c");
+  unloading_.read(
+      group, "N/m", petsc::positive(),
+      "of bilinear and table: slope along which the force falls and comes back, no less than any of loading");
+  plateau_.read(group, "N", petsc::positive(), "of crush: force that crushes it");
+  bottoming_.values = {std::numeric_limits<double>::infinity()};
+  bottoming_.read(group, "m", petsc::positive_or_infinite(), "of crush: compression at which it bottoms out");
+  bottoming_stiffness_.read(group, "N/m", petsc::non_negative(), "of crush: residual slope from there on");
+  table_given_ = group.strings("-contact_table", table_,
+                               "CSV files compression [m], force [N], of table: the loading curve from 0, 0 on; linear "
+                               "between rows, with the last slope beyond; one per support, or one for all; none");
+  preload_.read(group, "N", petsc::non_negative(),
+                "of any law: the face begins so far beyond -support_height that it presses with this force on masses "
+                "that are at -support_height");
+}
+
+void LawLists::settle(std::size_t supports) {
+  if (supports > 0 || given_) {
+    kind_ = petsc::one_per("-contact_law", kind_, supports, kPerSupport);
+  }
+  for (NumberList* list :
+       {&stiffness_, &exponent_, &damping_, &unloading_, &plateau_, &bottoming_, &bottoming_stiffness_, &preload_}) {
+    if (supports > 0 || list->given) {
+      list->spread(supports, kPerSupport);
+    }
+  }
+  if (supports > 0 || table_given_) {
+    table_ = petsc::one_per("-contact_table", table_, supports, kPerSupport);
+  }
+  refuse_idle();
+}
+
+/// Nothing that is given is to be ignored.
+void LawLists::refuse_idle() const {
+  struct Use {
+    const char* key;
+    bool given;
+    std::vector<LawKind> by;
+    const char* words;
+  };
+  using enum LawKind;
+  const std::array<Use, 9> uses{{
+      {stiffness_.key,
+       stiffness_.given,
+       {hertz, hunt_crossley, bilinear, crush},
+       "hertz, hunt_crossley, bilinear or crush"},
+      {exponent_.key, exponent_.given, {hunt_crossley}, "hunt_crossley"},
+      {damping_.key, damping_.given, {hunt_crossley}, "hunt_crossley"},
+      {unloading_.key, unloading_.given, {bilinear, table}, "bilinear or table"},
+      {plateau_.key, plateau_.given, {crush}, "crush"},
+      {bottoming_.key, bottoming_.given, {crush}, "crush"},
+      {bottoming_stiffness_.key, bottoming_stiffness_.given, {crush}, "crush"},
+      {"-contact_table", table_given_, {table}, "table"},
+      {preload_.key, preload_.given, {hertz, hunt_crossley, bilinear, crush, table}, "any but none"},
+  }};
+  for (const Use& use : uses) {
+    const bool used =
+        std::ranges::any_of(kind_, [&](LawKind kind) { return std::ranges::find(use.by, kind) != use.by.end(); });
+    if (use.given && !used) {
+      throw InputError{std::string{"option "} + use.key + " is not allowed without -contact_law " + use.words +
+                       " of some support"};
+    }
+  }
+}
+
+const char* LawLists::name(std::size_t support) const {
+  return std::ranges::find(kKinds, kind_[support], [](const auto& entry) { return entry.second; })->first;
+}
+
+std::shared_ptr<const ContactLaw> LawLists::law(MPI_Comm comm, std::size_t i) const {
+  switch (kind_[i]) {
+    case LawKind::none:
+      return nullptr;
+    case LawKind::hertz:
+      return std::make_shared<PowerLaw>(PowerLaw::Parameters{.stiffness = stiffness_[i], .exponent = 1.5});
+    case LawKind::hunt_crossley:
+      return std::make_shared<PowerLaw>(
+          PowerLaw::Parameters{.stiffness = stiffness_[i], .exponent = exponent_[i], .damping = damping_[i]});
+    case LawKind::bilinear:
+      return std::make_shared<LoadingCurve>(LoadingCurve::bilinear(stiffness_[i], unloading_[i]));
+    case LawKind::crush:
+      return std::make_shared<LoadingCurve>(LoadingCurve::crush({.stiffness = stiffness_[i],
+                                                                 .plateau = plateau_[i],
+                                                                 .bottoming = bottoming_[i],
+                                                                 .bottoming_stiffness = bottoming_stiffness_[i]}));
+    case LawKind::table:
+      break;
+  }
+  if (table_[i] == "none") {
+    throw InputError{"option -contact_table is needed with -contact_law table: a file compression [m], force [N]"};
+  }
+  const io::Table table = io::read_table(comm, "contact table", table_[i], {.names = {"compression [m]", "force [N]"}});
+  require_ascending("-contact_table", table_[i], column(table, 0), "compressions [m]");
+  return std::make_shared<LoadingCurve>(LoadingCurve::table(column(table, 0), column(table, 1), unloading_[i]));
+}
+
+double LawLists::interference(const ContactLaw& law, std::size_t support) const {
+  const double way = law.compression_for(preload_[support]);
+  if (!std::isfinite(way)) {
+    std::ostringstream message;
+    message << "option -contact_preload: " << preload_[support]
+            << " is not allowed, expected a force that the law of support " << support
+            << " (counted from 0) reaches on its loading curve [N]";
+    throw InputError{message.str()};
+  }
+  return way;
+}
+
+}  // namespace udar::app
