@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <string>
@@ -69,7 +70,7 @@ double arc_integral(double a) {
   return std::sqrt(std::numbers::pi) * std::tgamma(1.0 / a) / (a * std::tgamma(1.0 / a + 0.5));
 }
 
-/// K. L. Johnson, Contact Mechanics, section 11.4: largest compression and contact time, for any exponent.
+/// K. L. Johnson, Contact Mechanics, chapter 11: largest compression and contact time, for any exponent.
 TEST(PowerLaw, HertzContactLastsAsInTheClosedForm) {
   for (const double n : {1.0, 1.5, 2.0, 2.5}) {
     for (const double depth : {1e-6, 1e-4, 2e-3}) {
@@ -589,6 +590,43 @@ TEST(ContactLaws, FollowASlowReference) {
   EXPECT_GT(touched, kProblems / 2);
   std::printf("%d touched; worst end %.2g, moment %.2g; %.0f reference steps each\n", touched, worst, worst_moment,
               static_cast<double>(steps) / kProblems);
+}
+
+TEST(ContactLaws, EndWhateverTheyAreGiven) {
+  const PowerLaw curved{{.stiffness = 1e6, .damping = 0.1}};
+  const LoadingCurve straight{LoadingCurve::bilinear(1e6, 2e6)};
+  for (const ContactLaw* law : {static_cast<const ContactLaw*>(&curved), static_cast<const ContactLaw*>(&straight)}) {
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+      for (const double at : {0.0, 1e-3}) {
+        local::Problem problem = arriving(*law);
+        problem.angle = 1.0;
+        problem.powers = local::powers_for(problem.angle);
+        problem.stops[0].at = at;
+        problem.line = {0.0, bad};
+        EXPECT_FALSE(std::isfinite(local::advance(problem).displacement));
+        problem.line = {};
+        problem.velocity = bad;
+        EXPECT_FALSE(std::isfinite(local::advance(problem).displacement));
+      }
+    }
+  }
+}
+
+/// A mass that is at rest on a law where its forces balance stays there.
+TEST(ContactLaws, KeepWhatRestsOnThem) {
+  const PowerLaw curved{{.stiffness = 1e6, .damping = 0.1}};
+  const LoadingCurve straight{LoadingCurve::bilinear(1e6, 2e6)};
+  for (const ContactLaw* law : {static_cast<const ContactLaw*>(&curved), static_cast<const ContactLaw*>(&straight)}) {
+    const double depth = law->compression_for(30.0);
+    local::Problem problem = arriving(*law, 0.0);
+    problem.angle = 1.0;
+    problem.powers = local::powers_for(problem.angle);
+    problem.stops[0].at = depth;
+    problem.line = {-30.0 / kMass * kStep * kStep, 0.0};
+    const local::Outcome outcome = local::advance(problem);
+    EXPECT_NEAR(outcome.displacement, 0.0, 1e-15);
+    EXPECT_NEAR(outcome.velocity, 0.0, 1e-13);
+  }
 }
 
 /// With one slope for loading and unloading a curve is the linear spring.

@@ -14,8 +14,7 @@ namespace udar {
 ///
 /// What is left at no force, the largest compression less F over the unloading slope, is the permanent set: the face is
 /// there from then on. Stored is f^2 / 2 over the unloading slope, lost the rest of the work. Sources: W. Goldsmith,
-/// Impact, London 1960, section 4.3; O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949; for crushable bodies
-/// T. Belytschko, Int. J. Numer. Methods Eng. (see docs/theory.md, "Contact laws")
+/// Impact, London 1960; O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949; docs/theory.md, "Contact laws"
 class LoadingCurve final : public ContactLaw {
  public:
   struct Parameters {

@@ -101,31 +101,33 @@ const char* LawLists::name(std::size_t support) const {
   return std::ranges::find(kKinds, kind_[support], [](const auto& entry) { return entry.second; })->first;
 }
 
-std::shared_ptr<const ContactLaw> LawLists::law(MPI_Comm comm, std::size_t i) const {
-  switch (kind_[i]) {
+std::shared_ptr<const ContactLaw> LawLists::law(MPI_Comm comm, std::size_t support) const {
+  switch (kind_[support]) {
     case LawKind::none:
       return nullptr;
     case LawKind::hertz:
-      return std::make_shared<PowerLaw>(PowerLaw::Parameters{.stiffness = stiffness_[i], .exponent = 1.5});
+      return std::make_shared<PowerLaw>(PowerLaw::Parameters{.stiffness = stiffness_[support], .exponent = 1.5});
     case LawKind::hunt_crossley:
-      return std::make_shared<PowerLaw>(
-          PowerLaw::Parameters{.stiffness = stiffness_[i], .exponent = exponent_[i], .damping = damping_[i]});
+      return std::make_shared<PowerLaw>(PowerLaw::Parameters{
+          .stiffness = stiffness_[support], .exponent = exponent_[support], .damping = damping_[support]});
     case LawKind::bilinear:
-      return std::make_shared<LoadingCurve>(LoadingCurve::bilinear(stiffness_[i], unloading_[i]));
+      return std::make_shared<LoadingCurve>(LoadingCurve::bilinear(stiffness_[support], unloading_[support]));
     case LawKind::crush:
-      return std::make_shared<LoadingCurve>(LoadingCurve::crush({.stiffness = stiffness_[i],
-                                                                 .plateau = plateau_[i],
-                                                                 .bottoming = bottoming_[i],
-                                                                 .bottoming_stiffness = bottoming_stiffness_[i]}));
+      return std::make_shared<LoadingCurve>(
+          LoadingCurve::crush({.stiffness = stiffness_[support],
+                               .plateau = plateau_[support],
+                               .bottoming = bottoming_[support],
+                               .bottoming_stiffness = bottoming_stiffness_[support]}));
     case LawKind::table:
       break;
   }
-  if (table_[i] == "none") {
+  if (table_[support] == "none") {
     throw InputError{"option -contact_table is needed with -contact_law table: a file compression [m], force [N]"};
   }
-  const io::Table table = io::read_table(comm, "contact table", table_[i], {.names = {"compression [m]", "force [N]"}});
-  require_ascending("-contact_table", table_[i], column(table, 0), "compressions [m]");
-  return std::make_shared<LoadingCurve>(LoadingCurve::table(column(table, 0), column(table, 1), unloading_[i]));
+  const io::Table table =
+      io::read_table(comm, "contact table", table_[support], {.names = {"compression [m]", "force [N]"}});
+  require_ascending("-contact_table", table_[support], column(table, 0), "compressions [m]");
+  return std::make_shared<LoadingCurve>(LoadingCurve::table(column(table, 0), column(table, 1), unloading_[support]));
 }
 
 double LawLists::interference(const ContactLaw& law, std::size_t support) const {
