@@ -75,10 +75,11 @@ def main():
         base = pathlib.Path(name)
         options = OPTIONS | {"output_directory": "run"}
         for folder, environment in (("straight", {}),
-                                    ("killed", {"LD_PRELOAD": os.environ["UDAR_KILL_AT_RESIZE"],
+                                    ("work", {"LD_PRELOAD": os.environ["UDAR_KILL_AT_RESIZE"],
                                                 "KILL_AT_RESIZE": "7"})):
             (base / folder).mkdir()
             udar(base / folder, options, **environment)
+        (base / "work").rename(base / "killed")  # and goes on where it began
         left = {path.name for path in (base / "killed" / "run").iterdir()}
         if "restart.previous.h5" not in left or "summary.json" in left:
             sys.exit("the run was to be killed after its second restart file and before its end")

@@ -161,11 +161,11 @@ TEST(EnergyBalance, CountsTheWorkOfLoadsThatChange) {
   const double kinetic = 0.5 * bar.fall.beam.total_mass();
   EXPECT_NEAR(bar.balance.ledger().initial, kinetic, 1e-12 * kinetic);
   // Minus the integral of dF/dt y, on a line that is still: -3 N/s * 2 m * 0.5 s. It makes up for the load's potential.
-  EXPECT_NEAR(bar.balance.load_work(Still{2.0}, 0.0, 0.5), -3.0, 1e-15);
+  EXPECT_NEAR(bar.balance.load_work(Still{2.0}, 0.0, 0.5).loads, -3.0, 1e-15);
   bar.row(1e-4);
   EXPECT_NEAR(bar.balance.ledger().load_work, -6e-4, 1e-15);
   EXPECT_NEAR(bar.balance.ledger().drift(), 0.0, 1e-12) << "the line yields by 3e-4 N / (wf^2 m), some 1e-11 m";
-  bar.balance.end_step(-3.0);
+  bar.balance.end_step({.loads = -3.0});
   MotionState saved;
   bar.balance.save(saved);
   EXPECT_EQ(saved.table("load_work"), std::vector<double>{-3.0});
