@@ -23,9 +23,9 @@ LoadingCurve::LoadingCurve(Parameters parameters) : parameters_{std::move(parame
   }
   require_of_law(steepest > 0.0, "contact table", steepest, "a force that grows somewhere [N/m]");
   // Slopes by divisions: as steep as the steepest, but for their rounding.
-  constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
-  require_of_law(unloading >= steepest * (1.0 - kRounding) && std::isfinite(unloading), "contact unloading stiffness",
-                 unloading, "a number no less than any slope of loading [N/m]");
+  constexpr double kSlopeRounding = 8.0 * std::numeric_limits<double>::epsilon();
+  require_of_law(unloading >= steepest * (1.0 - kSlopeRounding) && std::isfinite(unloading),
+                 "contact unloading stiffness", unloading, "a number no less than any slope of loading [N/m]");
 }
 
 LoadingCurve::Parameters LoadingCurve::bilinear(double loading, double unloading) {
