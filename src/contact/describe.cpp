@@ -13,27 +13,24 @@ namespace {
 
 /// Of supports with a law of contact: which, and its parameters, for each number of all laws that there are.
 void describe_laws(Description& all, std::span<const Support> supports) {
-  std::vector<std::string> names;
-  for (const Support& support : supports) {
-    for (const auto& [name, values] : support.contact_law ? support.contact_law->numbers() : std::vector<LawNumber>{}) {
-      const std::string full = "supports, " + std::string{support.contact_law->name()} + ", " + std::string{name};
-      if (std::ranges::find(names, full) == names.end()) {
-        names.push_back(full);
+  struct Numbers {
+    std::string name;
+    std::vector<std::vector<double>> of_supports;  // empty: of other laws
+  };
+  std::vector<Numbers> found;
+  for (std::size_t i = 0; i < supports.size(); ++i) {
+    const ContactLaw* law = supports[i].contact_law.get();
+    for (const auto& [name, values] : law != nullptr ? law->numbers() : std::vector<LawNumber>{}) {
+      const std::string full = "supports, " + std::string{law->name()} + ", " + std::string{name};
+      auto at = std::ranges::find(found, full, &Numbers::name);
+      if (at == found.end()) {
+        at = found.insert(at, {.name = full, .of_supports = std::vector<std::vector<double>>(supports.size())});
       }
+      at->of_supports[i] = values;
     }
   }
-  for (const std::string& full : names) {
-    std::vector<std::vector<double>> of_supports;
-    for (const Support& support : supports) {
-      std::vector<double>& own = of_supports.emplace_back();
-      for (const auto& [name, values] :
-           support.contact_law ? support.contact_law->numbers() : std::vector<LawNumber>{}) {
-        if (full == "supports, " + std::string{support.contact_law->name()} + ", " + std::string{name}) {
-          own = values;
-        }
-      }
-    }
-    all.add_all(full, of_supports, [](const std::vector<double>& values) { return std::span<const double>{values}; });
+  for (const auto& [name, of_supports] : found) {
+    all.add_all(name, of_supports, [](const std::vector<double>& values) { return std::span<const double>{values}; });
   }
 }
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "udar/petsc/error.hpp"
+#include "udar/structure/time_table.hpp"
 
 namespace udar {
 namespace {

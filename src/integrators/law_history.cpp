@@ -23,7 +23,7 @@ LawHistory::LawHistory(const ContactState& contact) : contact_{&contact} {
 
 void LawHistory::note(const ContactSet& set, std::size_t node, double largest) {
   if (largest != this->largest(set, node)) {
-    notes_.push_back({.set = index_of(set), .node = node, .largest = largest});
+    notes_.push_back({.set = contact_->index_of(set), .node = node, .largest = largest});
   }
 }
 

@@ -91,6 +91,7 @@ std::vector<double> EnergyBalance::changed_by(const LoadPattern& pattern, const 
   std::vector<double> place(moved.size());
   std::vector<double> before(moved.size());
   std::vector<double> after(moved.size());
+  step.line_integrals(pattern.point, step_begin, before);
   table.each_piece(step_begin, until, [&](double begin, double end) {
     const auto [value, rate] = table.at({begin, begin});
     if (begin > step_begin) {
@@ -100,11 +101,11 @@ std::vector<double> EnergyBalance::changed_by(const LoadPattern& pattern, const 
         moved[i] += jump * place[i];
       }
     }
-    step.line_integrals(pattern.point, begin, before);
     step.line_integrals(pattern.point, end, after);
     for (std::size_t i = 0; i < moved.size(); ++i) {
       moved[i] += rate * (after[i] - before[i]);
     }
+    before.swap(after);
   });
   const double rate = table.at(step_begin).rate;
   const auto corrected = equations_->line().corrected_modes();

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "udar/contact/support_motion.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/time_table.hpp"
 
 namespace udar {
 namespace {

@@ -14,9 +14,6 @@
 namespace udar {
 namespace {
 
-// What moves faster is a slip in a number or its unit [m/s].
-constexpr double kLight = 299792458.0;
-
 Place unit_of(const Place& direction) {
   const double size = norm(direction);
   if (!(size > 0.0) || !std::isfinite(size)) {
@@ -43,12 +40,12 @@ BaseMotion::BaseMotion(BaseQuantity given, std::vector<double> time, std::vector
        : given == BaseQuantity::velocity   ? by_velocity(std::move(time), std::move(value))
                                            : by_acceleration(time, value));
   for (std::size_t row = 0; row < velocity_.size(); ++row) {
-    if (!(std::abs(velocity_[row]) < kLight) || !std::isfinite(acceleration_->value()[row]) ||
+    if (!(std::abs(velocity_[row]) < kSpeedOfLight) || !std::isfinite(acceleration_->value()[row]) ||
         !std::isfinite(displacement_[row])) {
       std::ostringstream message;
       message << "base motion: a velocity of " << velocity_[row] << " m/s and an acceleration of "
               << acceleration_->value()[row] << " m/s^2 at t = " << acceleration_->time()[row]
-              << " s are not allowed, expected less than the speed of light, " << kLight << " m/s";
+              << " s are not allowed, expected less than the speed of light, " << kSpeedOfLight << " m/s";
       throw InputError{message.str()};
     }
   }

@@ -38,8 +38,8 @@ LoadPattern inertia_of(const MassPoints& points, const BaseMotion& base) {
   return pattern;
 }
 
-/// Where all nodes are that a force meets on its way along a beam [m]. @param quantity that asks for one @note
-/// Collective.
+/// Where all nodes are that a force meets on its way along a beam [m]. @param quantity that asks for one
+/// @note Collective.
 std::vector<double> way_along(const MassPoints& points, const char* quantity) {
   std::vector<double> own;
   own.reserve(points.points());
@@ -111,12 +111,12 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   }
   for (const NodalLoad& load : nodal) {
     require_on("load position", load.position, points.extent());
-    if (load.table && load.width != 0.0) {
-      add(spread(points, load));
-      continue;
-    }
     if (!load.table) {
       throw InputError{"load table: none is given for a load, expected a force over time [N]"};
+    }
+    if (load.width != 0.0) {
+      add(spread(points, load));
+      continue;
     }
     LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
     for (const auto& [point, share] : points.lever({.x = load.position})) {

@@ -65,6 +65,17 @@ INSTANTIATE_TEST_SUITE_P(All, BaseMotionBy,
                                          Case{"modal", "1e-6"}, Case{"moreau", "1e-6"}),
                          [](const auto& tested) { return std::string{tested.param.type}; });
 
+/// A run with a row every hundredth of a second.
+struct Recorded {
+  explicit Recorded(const ModelParameters& parameters) : fall{parameters} {
+    fall.dynamics.add_observer(record);
+    fall.dynamics.solve();
+  }
+
+  test::Recorder record{0.01};
+  test::Fall fall;
+};
+
 double largest(const std::vector<std::vector<double>>& rows) {
   double most = 0.0;
   for (const auto& row : rows) {
@@ -100,14 +111,10 @@ TEST_P(BaseMotionBy, IsAnInertiaForceOnEveryNode) {
            .table = time_table({acceleration->time().begin(), acceleration->time().end()}, std::move(force))});
     }
   }
-  test::Recorder base{0.01};
-  test::Recorder forces{0.01};
-  test::Fall on_base{parameters};
-  on_base.dynamics.add_observer(base);
-  on_base.dynamics.solve();
-  test::Fall under_forces{by_hand};
-  under_forces.dynamics.add_observer(forces);
-  under_forces.dynamics.solve();
+  const Recorded on_base{parameters};
+  const Recorded under_forces{by_hand};
+  const test::Recorder& base = on_base.record;
+  const test::Recorder& forces = under_forces.record;
   ASSERT_EQ(base.times.size(), forces.times.size());
   const double moved = largest(base.positions);
   const double speed = largest(base.velocities);
@@ -238,15 +245,11 @@ TEST(BaseMotionOfStops, IsThatOfSupportsThatMove) {
   ModelParameters on_ground = on_base;
   on_ground.base_motion = {};
   on_ground.supports = stops;
-  test::Recorder relative{0.01};
-  test::Recorder absolute{0.01};
-  test::Fall moves{on_base};
-  moves.dynamics.add_observer(relative);
-  moves.dynamics.solve();
-  test::Fall stays{on_ground};
-  stays.dynamics.add_observer(absolute);
-  stays.dynamics.solve();
-  EXPECT_GT(moves.dynamics.counts().impacts, 4);
+  const Recorded moves{on_base};
+  const Recorded stays{on_ground};
+  const test::Recorder& relative = moves.record;
+  const test::Recorder& absolute = stays.record;
+  EXPECT_GT(moves.fall.dynamics.counts().impacts, 4);
   ASSERT_EQ(relative.times.size(), absolute.times.size());
   for (std::size_t k = 0; k < relative.times.size(); ++k) {
     const double way = motion.at(relative.times[k]).displacement;
@@ -256,8 +259,9 @@ TEST(BaseMotionOfStops, IsThatOfSupportsThatMove) {
     }
   }
   EXPECT_LT(relative.largest_drift(), 1e-6);
-  for (std::size_t k = 0; k < moves.dynamics.contact().support_impulses().size(); ++k) {
-    EXPECT_NEAR(moves.dynamics.contact().support_impulses()[k], stays.dynamics.contact().support_impulses()[k], 1e-3)
+  for (std::size_t k = 0; k < moves.fall.dynamics.contact().support_impulses().size(); ++k) {
+    EXPECT_NEAR(moves.fall.dynamics.contact().support_impulses()[k],
+                stays.fall.dynamics.contact().support_impulses()[k], 1e-3)
         << "[N s]";
   }
 }

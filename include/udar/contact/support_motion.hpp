@@ -8,9 +8,6 @@
 
 namespace udar {
 
-/// What moves faster is a slip in a number or its unit, and asks for steps without end [m/s].
-inline constexpr double kSpeedOfLight = 299792458.0;
-
 /// @brief A height over time: a cubic between every two rows of a table, with a continuous velocity; it stands still
 /// before the first row and after the last. Source: docs/theory.md, "Supports that move"
 class SupportMotion {

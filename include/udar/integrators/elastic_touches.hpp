@@ -20,10 +20,10 @@ class ElasticTouches {
 
   /// Open where the support is rigid.
   [[nodiscard]] ElasticTouch of(const ContactSet& set, std::size_t node) const {
-    return set.elastic() ? touches_[index_of(set)][node - set.first] : ElasticTouch{};
+    return set.elastic() ? touches_[contact_->index_of(set)][node - set.first] : ElasticTouch{};
   }
   [[nodiscard]] ElasticTouch& at(const ContactSet& set, std::size_t node) {
-    return touches_[index_of(set)][node - set.first];
+    return touches_[contact_->index_of(set)][node - set.first];
   }
   /// A step without events has passed.
   void pass();
@@ -33,10 +33,6 @@ class ElasticTouches {
   void restore(std::size_t count, const MotionState& state);
 
  private:
-  [[nodiscard]] std::size_t index_of(const ContactSet& set) const {
-    return static_cast<std::size_t>(&set - contact_->sets().data());
-  }
-
   const ContactState* contact_;
   std::vector<std::vector<ElasticTouch>> touches_;  // by contact set, then node
 };

@@ -22,7 +22,7 @@ class LawHistory {
 
   /// At the start of the step at hand [m]; 0 where nothing is remembered.
   [[nodiscard]] double largest(const ContactSet& set, std::size_t node) const {
-    const std::vector<double>& of_set = largest_[index_of(set)];
+    const std::vector<double>& of_set = largest_[contact_->index_of(set)];
     return of_set.empty() ? 0.0 : of_set[node - set.first];
   }
   /// At its end.
@@ -42,10 +42,6 @@ class LawHistory {
     std::size_t node;
     double largest;
   };
-
-  [[nodiscard]] std::size_t index_of(const ContactSet& set) const {
-    return static_cast<std::size_t>(&set - contact_->sets().data());
-  }
 
   const ContactState* contact_;
   bool any_ = false;                          // on some rank

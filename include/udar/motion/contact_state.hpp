@@ -91,6 +91,10 @@ class ContactState {
 
   [[nodiscard]] const std::vector<Support>& supports() const noexcept { return contacts_->supports; }
   [[nodiscard]] std::span<const ContactSet> sets() const noexcept { return sets_; }
+  /// @param set one of `sets`
+  [[nodiscard]] std::size_t index_of(const ContactSet& set) const {
+    return static_cast<std::size_t>(&set - sets_.data());
+  }
   [[nodiscard]] const ContactParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] bool on_line() const noexcept { return parameters_.surface == ContactSurface::line; }
 

@@ -10,6 +10,9 @@
 
 namespace udar {
 
+/// What moves faster is a slip in a number or its unit, and asks for steps without end [m/s].
+inline constexpr double kSpeedOfLight = 299792458.0;
+
 /// @brief A time and the beginning of the step it belongs to: what jumps or bends at its end is as before that [s].
 struct Instant {
   double time;

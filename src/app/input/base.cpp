@@ -51,8 +51,7 @@ std::vector<BaseMotion> read_base_motion(MPI_Comm comm) {
       "-base_motion_kind", given, kQuantities,
       "what the second column is: an acceleration [m/s^2], linear between rows and none outside; a velocity [m/s], "
       "linear between rows and constant outside; a displacement [m], a cubic spline that rests outside; one per file "
-      "or "
-      "one for all");
+      "or one for all");
   more |= group.reals("-base_motion_direction", direction, "-", petsc::any(),
                       "which way it moves, x,y,z, three numbers of any length per file or three for all; along y "
                       "unless told otherwise; a beam moves along y alone");

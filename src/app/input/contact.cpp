@@ -67,17 +67,15 @@ Facing facing(std::span<const double> given) {
           .turned = *largest < 0.0};
 }
 
-constexpr const char* kStiffness = "-support_stiffness";
-
 /// Refuses an impact law for a support that gives way, by a key; a restitution of 1 in a list for others passes.
-void given_with(const char* key, bool restitution_given, double restitution, double yield_speed) {
+/// @param decides who says in its place how a mass leaves
+void given_with(const char* key, const char* decides, bool restitution_given, const Support& support) {
+  const auto [restitution, yield_speed] = std::pair{support.restitution, support.yield_speed};
   if (yield_speed < kInfinity || (restitution_given && restitution != 1.0)) {
     std::ostringstream message;
     message << "option " << (yield_speed < kInfinity ? "-support_yield_speed" : "-contact_restitution") << ": "
             << (yield_speed < kInfinity ? yield_speed : restitution) << " is not allowed with " << key << ", expected "
-            << (yield_speed < kInfinity ? "inf" : "1")
-            << (key == kStiffness ? ": spring and damper decide how a mass leaves [-]"
-                                  : ": the law decides how a mass leaves [-]");
+            << (yield_speed < kInfinity ? "inf" : "1") << ": " << decides << " how a mass leaves [-]";
     throw InputError{message.str()};
   }
 }
@@ -302,7 +300,7 @@ class SupportLists {
                        " is not allowed without -support_stiffness, expected 0: a rigid support has no damper [N s/m]"};
     }
     if (support.elastic()) {
-      given_with(kStiffness, restitution_.given, support.restitution, support.yield_speed);
+      given_with("-support_stiffness", "spring and damper decide", restitution_.given, support);
     }
     return support;
   }
@@ -349,7 +347,7 @@ void add_law(MPI_Comm comm, const LawLists& laws, std::size_t i, bool restitutio
             << laws.name(i) << ", expected inf: the law says how the support gives way [N/m]";
     throw InputError{message.str()};
   }
-  given_with("-contact_law", restitution_given, support.restitution, support.yield_speed);
+  given_with("-contact_law", "the law decides", restitution_given, support);
   support.height += static_cast<double>(support.side) * laws.interference(*support.contact_law, i);
 }
 
