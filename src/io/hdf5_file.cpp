@@ -1,6 +1,7 @@
 #include "udar/io/hdf5_file.hpp"
 
 #include <fcntl.h>
+#include <semaphore.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
@@ -13,6 +14,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -37,6 +39,13 @@ constexpr std::uint64_t kRecordsAtATime = std::uint64_t{1} << 16;
 constexpr hsize_t kIndexBytesPerChunk = 256;
 /// Space for what HDF5 adds by itself when it makes an object or extends one: headers, heaps, tree nodes.
 constexpr std::uint64_t kMetadataBytesPerCall = std::uint64_t{1} << 13;
+/// Open MPI guards a shared file pointer, which nobody uses here, by a semaphore that is named after the file without
+/// its folder. A run that is killed while it opens one leaves it locked, and the first rank of every later run that
+/// opens a file of that name would wait for it for ever. One at work loses no more than its name.
+void drop_semaphore(const std::string& path) {
+  sem_unlink(("/OMPIO_" + std::filesystem::path{path}.filename().string()).c_str());
+}
+
 /// Space always kept behind that, so that nothing in HDF5 ever meets the end of the disk.
 constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 /// How long what was written may wait for the disk: flushing after each of the rows that a small run writes in
@@ -234,6 +243,9 @@ void Hdf5File::open() {
 
 /// Metadata are the business of all ranks at once.
 Hdf5Id Hdf5File::access_together() {
+  if (rank_ == 0) {
+    drop_semaphore(path_);
+  }
   Hdf5Id access{H5Pcreate(H5P_FILE_ACCESS), H5Pclose};
   bool ok = H5Pset_fapl_mpio(access, comm_, MPI_INFO_NULL) >= 0;
   ok = ok && H5Pset_coll_metadata_write(access, true) >= 0;
