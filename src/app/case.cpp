@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
 #include "app/input/readers.hpp"
 #include "udar/app/filter_choice.hpp"
@@ -102,6 +104,28 @@ void check_axles(const CaseInput& input) {
   }
 }
 
+/// What knows nothing of strikers.
+void check_strikers(const CaseInput& input) {
+  if (input.contact.strikers.empty()) {
+    return;
+  }
+  if (input.filter.modal || !input.filter.parameters.filtered()) {
+    throw InputError{
+        "option -striker_position is not allowed with -ts_type modal, nor with -filter_frequency none: strikers hit "
+        "masses "
+        "on filter springs"};
+  }
+  if (input.contact.contact.surface == ContactSurface::line) {
+    throw InputError{"option -contact_surface: line is not allowed with -striker_position, expected mass"};
+  }
+  if (input.filter.exact.any()) {
+    throw InputError{"options -filter_correct_modes and -filter_correct_mode are not allowed with -striker_position"};
+  }
+  if (input.start.initial.spins()) {
+    throw InputError{"option -initial_spin is not allowed with -striker_position"};
+  }
+}
+
 /// What needs masses that move along x and z, too.
 void check_space(const CaseInput& input) {
   if (input.structure.network) {
@@ -136,6 +160,9 @@ std::vector<FacedPlane> faced_planes(const std::vector<Support>& supports) {
   };
   std::vector<FacedPlane> planes;
   for (const Support& support : supports) {
+    if (support.striker >= 0) {
+      continue;
+    }
     if (support.width == 0.0 && std::ranges::any_of(supports, oblique)) {
       throw InputError{
           "option -support_width: 0 is not allowed where a -support_normal is oblique or a -support_height_field is "
@@ -162,10 +189,14 @@ CaseInput read_case(MPI_Comm comm) {
   input.start.travelling_loads = read_travelling_loads(comm);
   input.start.base_motion = read_base_motion(comm);
   input.contact = read_contact(comm, input.structure.network);
+  auto [strikers, faces] = read_strikers(comm);
+  input.contact.strikers = std::move(strikers);
+  std::ranges::move(faces, std::back_inserter(input.contact.supports));
   input.output = read_output(comm);
   check_gauges(input);
   check_space(input);
   check_axles(input);
+  check_strikers(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   return input;
 }
@@ -189,6 +220,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.damping_ratio = input.start.damping_ratio;
   settled.initial = input.start.initial;
   settled.supports = input.contact.supports;
+  settled.strikers = input.contact.strikers;
   settled.field_tolerance = input.contact.field_tolerance;
   settled.contact = input.contact.contact;
   if (!settled.filter.filtered()) {  // masses and line are one

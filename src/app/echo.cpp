@@ -40,7 +40,8 @@ double meeting_time(double gap, double speed, double pull) {
   return time > 0.0 ? time : kInfinity;
 }
 
-std::string sides(const std::vector<Support>& supports) {
+std::string sides(std::vector<Support> supports) {
+  std::erase_if(supports, [](const Support& support) { return support.striker >= 0; });
   const auto above = std::ranges::count(supports, SupportSide::above, &Support::side);
   const auto below = static_cast<std::ptrdiff_t>(supports.size()) - above;
   std::ostringstream text;
@@ -87,7 +88,7 @@ double pressed_at_start(const Case& input, const MassPoints& points) {
 }
 
 std::string contact_text(const Case& input) {
-  if (input.supports.empty()) {
+  if (std::ranges::all_of(input.supports, [](const Support& support) { return support.striker >= 0; })) {
     return "";
   }
   return input.contact.surface == ContactSurface::line ? ", held off the line by forces" : ", hit by the masses";
@@ -165,6 +166,10 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
          << times.back() << " s with at most " << motion.peak() << " m/s^2, and all is told in its frame\n";
   }
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
+  for (const Striker& striker : input.strikers) {
+    text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << " x = " << striker.position
+         << " m, " << striker.gap << " m away, at " << striker.velocity << " m/s\n";
+  }
   if (const double depth = pressed_at_start(input, points); depth > 0.0) {
     text << "contact   from the start: beam and springs of supports overlap by " << depth << " m\n";
   } else if (const auto first = expected_contact(input, structure)) {

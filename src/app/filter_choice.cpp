@@ -56,8 +56,12 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   }
   const bool fine = input.view || !input.is_beam();
   const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
-  if (!coarse) {
+  if (!coarse && input.strikers.empty()) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
+  }
+  if (!coarse) {
+    FilteredStructure unstruck{line.structure().elastic(), input.filter};
+    return lowest_modes(unstruck, input.view ? 6 : kEchoed);
   }
   const BeamChain coarse_beam{comm, *coarse};
   FilteredStructure coarse_line{coarse_beam, input.filter};

@@ -77,7 +77,10 @@ std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points)
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     if (const Support& support = input.supports[i]; support.width == 0.0) {
       const double used = x_of(points, touched_points(points, support));
-      all.push_back({.name = "support " + std::to_string(i), .asked = support.position, .used = used});
+      all.push_back(
+          {.name = support.striker >= 0 ? "striker " + std::to_string(support.striker) : "support " + std::to_string(i),
+           .asked = support.position,
+           .used = used});
     }
   }
   for (std::size_t i = 0; i < input.beam.line_supports.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -54,6 +55,9 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
                                                                      : std::ranges::max(support.profile.height),
                                .restitution = support.restitution,
                                .side = static_cast<int>(support.side)});
+    if (support.striker >= 0) {  // it has no face that stands anywhere
+      layout.supports.back().height = std::numeric_limits<double>::quiet_NaN();
+    }
     if (std::ranges::any_of(input.supports, &Support::in_space)) {
       const auto& [x, y, z] = support.normal;
       layout.supports.back().space = {x, y, z, support.y.from, support.y.to, support.z.from, support.z.to};

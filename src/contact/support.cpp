@@ -125,7 +125,7 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
               std::vector<ContactSet>& sets) {
   const double carried = support.elastic() ? touched.mass : 0.0;
   const bool springs = support.elastic() && !support.contact_law;
-  const bool level = support.normal.y == 1.0 && support.profile.x.empty() && !support.field;
+  const bool level = support.striker >= 0 || (support.normal.y == 1.0 && support.profile.x.empty() && !support.field);
   const auto add = [&](std::size_t first, std::size_t last) {
     if (first == last) {
       return;
@@ -162,6 +162,9 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
 }  // namespace
 
 PointRows touched_points(const MassPoints& points, const Support& support) {
+  if (support.striker >= 0) {
+    return points.single(points.strikes()[static_cast<std::size_t>(support.striker)].gap);
+  }
   const Region region = support.region();
   return support.width == 0.0 ? points.section(support.position, region, support.facing())
                               : points.within(region, support.facing());

@@ -1,6 +1,9 @@
 #include "udar/dynamics/model.hpp"
 
 #include <memory>
+#include <utility>
+
+#include "udar/petsc/error.hpp"
 
 namespace udar {
 namespace {
@@ -28,12 +31,13 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contact
   if (contact.surface != ContactSurface::line || contacts.supports.empty()) {
     return nullptr;
   }
+  if (!line.points().strikes().empty()) {
+    throw InputError{"contact surface: line is not allowed with strikers (`striker mass`), expected mass"};
+  }
   return std::make_unique<LineContact>(line, contacts, static_cast<std::size_t>(contact.line_dense_max));
 }
 
-}  // namespace
-
-std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters) {
+std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParameters& parameters) {
   if (parameters.imported) {
     return std::make_unique<ImportedStructure>(comm, *parameters.imported);
   }
@@ -41,6 +45,16 @@ std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParame
     return std::make_unique<Network>(comm, *parameters.network);
   }
   return std::make_unique<BeamChain>(comm, parameters.beam);
+}
+
+}  // namespace
+
+std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters) {
+  std::unique_ptr<const Structure> structure = make_elastic(comm, parameters);
+  if (!parameters.strikers.empty()) {
+    structure = std::make_unique<StruckStructure>(std::move(structure), parameters.strikers);
+  }
+  return structure;
 }
 
 Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare)

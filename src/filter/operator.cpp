@@ -5,6 +5,7 @@
 #include "udar/filter/mixed_line.hpp"
 #include "udar/filter/network_operator.hpp"
 #include "udar/filter/pc_chain.hpp"
+#include "udar/filter/struck_operator.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
@@ -12,6 +13,10 @@ namespace udar {
 const char* FilterOperator::solver_type() const { return kPcChain; }
 
 std::unique_ptr<FilterOperator> make_operator(const Structure& structure, const FilterParameters& parameters) {
+  if (&structure.elastic() != &structure) {
+    return std::make_unique<StruckOperator>(make_operator(structure.elastic(), parameters), structure.points(),
+                                            parameters.shift());
+  }
   const BeamChain* chain = structure.chain();
   if (chain == nullptr) {
     if (const Network* network = structure.network(); network != nullptr) {

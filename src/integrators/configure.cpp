@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 13> kFeatureNames{{
+constexpr std::array<FeatureName, 14> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -45,6 +45,7 @@ constexpr std::array<FeatureName, 13> kFeatureNames{{
     {Feature::friction, "support friction", "supports that rub (`support friction`)", "0"},
     {Feature::contact_laws, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
+    {Feature::strikers, "striker mass", "masses that strike the structure (`striker mass`)", "none"},
 }};
 
 /// "a, b or c".
@@ -205,6 +206,7 @@ Features needed_features(const ImpactProblem& problem) {
   needed.add(Feature::mass_damping, equations.damping().mass != 0.0);
   needed.add(Feature::stiffness_damping, equations.damping().stiffness != 0.0);
   needed.add(Feature::modal_damping, !equations.damping_ratio().empty());
+  needed.add(Feature::strikers, !equations.points().strikes().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::friction, support.friction > 0.0);

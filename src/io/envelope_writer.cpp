@@ -63,8 +63,9 @@ class EnvelopeWriter final : public Observer {
                  double interval, Peaks* peaks)
       : comm_{layout.comm()},
         rows_{layout.rows},
-        number_(layout.points->points()),
-        x_(layout.points->points()),
+        points_{layout.points->points()},
+        number_(layout.points->own_points()),
+        x_(layout.points->own_points()),
         scaled_{layout.peaks},
         path_{std::move(path)},
         results_{results},
@@ -96,8 +97,8 @@ class EnvelopeWriter final : public Observer {
     for (const Extremes& extremes : extremes_) {
       auto& fields = extremes.field.where == Where::points ? state.fields : state.cells;
       for (const std::size_t side : {0U, 1U}) {
-        fields[extremes.name(side)] = extremes.value[side];
-        fields[extremes.name(side) + "_time"] = extremes.time[side];
+        fields[extremes.name(side)] = padded(extremes, extremes.value[side]);
+        fields[extremes.name(side) + "_time"] = padded(extremes, extremes.time[side]);
       }
     }
   }
@@ -105,8 +106,11 @@ class EnvelopeWriter final : public Observer {
     for (Extremes& extremes : extremes_) {
       for (const std::size_t side : {0U, 1U}) {
         const std::size_t places = extremes.value[side].size();
-        extremes.value[side] = state.field(extremes.name(side), places, extremes.field.where);
-        extremes.time[side] = state.field(extremes.name(side) + "_time", places, extremes.field.where);
+        const std::size_t kept = padded(extremes, extremes.value[side]).size();
+        extremes.value[side] = state.field(extremes.name(side), kept, extremes.field.where);
+        extremes.time[side] = state.field(extremes.name(side) + "_time", kept, extremes.field.where);
+        extremes.value[side].resize(places);
+        extremes.time[side].resize(places);
       }
     }
   }
@@ -142,6 +146,12 @@ class EnvelopeWriter final : public Observer {
 
  private:
   static constexpr PetscInt kTextNodesMax = 100'000;
+
+  /// As restart files have it: a number for each point, those of strikers included.
+  [[nodiscard]] std::vector<double> padded(const Extremes& extremes, std::vector<double> values) const {
+    values.resize(extremes.field.where == Where::points ? points_ : values.size(), 0.0);
+    return values;
+  }
 
   [[nodiscard]] const Extremes& extremes_of(const std::string& field) const {
     for (const Extremes& extremes : extremes_) {
@@ -210,7 +220,8 @@ class EnvelopeWriter final : public Observer {
 
   MPI_Comm comm_;
   std::shared_ptr<const FileRows> rows_;
-  std::vector<std::int64_t> number_;  ///< of this rank's points in the user's model
+  std::size_t points_;                ///< of this rank
+  std::vector<std::int64_t> number_;  ///< of this rank's nodes' points in the user's model
   std::vector<double> x_;             ///< of the same [m]
   std::vector<ScaledPeak> scaled_;
   std::string path_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "udar/structure/striker.hpp"
+
 namespace udar::io {
 namespace {
 
@@ -10,7 +12,7 @@ constexpr std::size_t kVector = 3;  // components
 
 /// One of the points of each node.
 std::vector<std::size_t> points_of_nodes(const MassPoints& points, const Topology& topology) {
-  std::vector<std::size_t> chosen(topology.node.empty() ? points.points() : topology.node_number.size());
+  std::vector<std::size_t> chosen(topology.node.empty() ? points.own_points() : topology.node_number.size());
   if (topology.node.empty()) {
     std::iota(chosen.begin(), chosen.end(), std::size_t{0});
   }
@@ -55,7 +57,11 @@ FileField rotation_of(const FileField& field) {
 
 PointOrder order_of_nodes(const MassPoints& points, const Topology& topology) {
   if (topology.node.empty()) {
-    return PointOrder{points};
+    std::vector<std::int64_t> numbers(points.own_points());
+    for (std::size_t point = 0; point < numbers.size(); ++point) {
+      numbers[point] = points.number(point);
+    }
+    return {points.comm(), range_of(points.comm(), static_cast<PetscInt>(numbers.size())), numbers};
   }
   const NodeRange range = range_of(points.comm(), static_cast<PetscInt>(topology.node_number.size()));
   return {points.comm(), range, topology.node_number};
@@ -72,6 +78,25 @@ FileRows::FileRows(const MassPoints& points, const Topology& topology)
       turns_{any_turns(points)},
       nodes_{order_of_nodes(points, topology)},
       cells_{points.comm(), topology} {}
+
+std::size_t FileRows::node(std::size_t point) const {
+  std::size_t of = point;
+  each_own(*points_,
+           [&](const Strike& /*strike*/, std::size_t centre, std::size_t gap) { of = point == gap ? centre : of; });
+  return grouped() ? node_[of] : of;
+}
+
+std::int64_t FileRows::number(std::size_t point) const {
+  return grouped() ? number_[node(point)] : points_->number(node(point));
+}
+
+double FileRows::mass(std::size_t point) const {
+  double mass = points_->mass()[point];
+  each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t /*gap*/) {
+    mass *= point == centre ? 1.0 - strike.share : 1.0;
+  });
+  return mass;
+}
 
 std::vector<FileField> FileRows::fields(std::span<const FieldInfo> shown) const {
   using Form = FileField::Form;
@@ -103,17 +128,21 @@ std::vector<FileField> FileRows::fields(std::span<const FieldInfo> shown) const 
   return all;
 }
 
-std::vector<double> FileRows::numbers(const FileField& field, std::span<const double> shown) const {
+std::vector<double> FileRows::numbers(const FileField& field, std::span<const double> given) const {
+  std::vector<double> own{given.begin(), given.end()};
+  if (field.where == Where::points && !field.gauge.empty()) {
+    centres_to_nodes(*points_, own);
+  }
   if (field.form == FileField::Form::given) {
-    const auto places = static_cast<std::size_t>(order_of(field.where).range().count());
-    const auto own = shown.first(places * static_cast<std::size_t>(field.components));
-    return {own.begin(), own.end()};
+    own.resize(static_cast<std::size_t>(order_of(field.where).range().count()) *
+               static_cast<std::size_t>(field.components));
+    return own;
   }
   const bool moved = field.form == FileField::Form::displacement;
   std::vector<double> vectors(kVector * a_point_.size(), 0.0);
-  for (std::size_t point = 0; point < points_->points(); ++point) {
+  for (std::size_t point = 0; point < points_->own_points(); ++point) {
     const Place axis = field.form == FileField::Form::rotation ? points_->turning(point) : points_->axis(point);
-    const double value = shown[point] - (moved ? points_->reference(point) : 0.0);
+    const double value = own[point] - (moved ? points_->reference(point) : 0.0);
     double* vector = &vectors[kVector * node(point)];
     vector[0] += axis.x * value;
     vector[1] += axis.y * value;
@@ -122,13 +151,16 @@ std::vector<double> FileRows::numbers(const FileField& field, std::span<const do
   return vectors;
 }
 
-std::vector<std::uint8_t> FileRows::flags(const FileField& field, std::span<const std::uint8_t> shown) const {
+std::vector<std::uint8_t> FileRows::flags(const FileField& field, std::span<const std::uint8_t> given) const {
+  std::vector<std::uint8_t> own{given.begin(), given.end()};
+  each_own(*points_, [&](const Strike& /*strike*/, std::size_t centre, std::size_t gap) { own[centre] |= own[gap]; });
   if (field.form == FileField::Form::given) {
-    return {shown.begin(), shown.end()};
+    own.resize(a_point_.size());
+    return own;
   }
   std::vector<std::uint8_t> any(a_point_.size(), 0);
-  for (std::size_t point = 0; point < points_->points(); ++point) {
-    any[node(point)] |= shown[point];
+  for (std::size_t point = 0; point < points_->own_points(); ++point) {
+    any[node(point)] |= own[point];
   }
   return any;
 }

@@ -133,7 +133,7 @@ void add_nodes(Hdf5File& file, const RunLayout& layout) {
     place[0].push_back(at.x);
     place[1].push_back(at.y);
     place[2].push_back(at.z);
-    mass.push_back(points.mass()[point]);
+    mass.push_back(layout.rows->mass(point));
     number.push_back(layout.rows->number(point));
     direction.push_back(static_cast<std::int64_t>(points.direction(point)));
   }
@@ -356,7 +356,7 @@ void ResultsFile::append_fields(const Snapshot& state) {
 
 void ResultsFile::append_field(const FileField& field, const Field& shown) {
   const PointOrder& order = rows_->order_of(field.where);
-  if (field.form == FileField::Form::given && order.same()) {
+  if (rows_->as_shown(field)) {
     file_->append_row(field.path(), order.range(), shown.data());
   } else if (field.flag) {
     const std::vector<std::uint8_t> own = rows_->flags(field, shown.flags());

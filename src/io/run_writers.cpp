@@ -36,6 +36,9 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   auto results = std::make_shared<ResultsFile>(layout, folder + kResults);
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(make_gauge_writer(layout, folder, interval));
+  if (!layout.points->strikes().empty()) {
+    writers.push_back(make_striker_writer(layout, folder, interval));
+  }
   writers.push_back(make_energy_writer(layout, folder, results, interval));
   writers.push_back(make_event_writer(layout, folder, results, interval));
   if (forces != nullptr && forces->supports() > 0) {

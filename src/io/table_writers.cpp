@@ -5,6 +5,7 @@
 #include <numeric>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "io/block_writer.hpp"
@@ -16,38 +17,59 @@
 namespace udar::io {
 namespace {
 
+/// What is read of one place over time: fields of the snapshots, and what their columns are called.
+struct GaugeColumns {
+  std::vector<std::size_t> field;  ///< indices into the snapshot's
+  std::vector<std::string> name;   ///< as many
+};
+
+GaugeColumns of_gauges(const RunLayout& layout) {
+  GaugeColumns columns;
+  for (std::size_t i = 0; i < layout.fields.size(); ++i) {
+    if (!layout.fields[i].gauge.empty()) {
+      columns.field.push_back(i);
+      columns.name.emplace_back(layout.fields[i].gauge);
+    }
+  }
+  return columns;
+}
+
+GaugeColumns of_strikers(const RunLayout& layout) {
+  GaugeColumns columns;
+  for (std::size_t i = 0; i < layout.fields.size(); ++i) {
+    if (layout.fields[i].name == "mass_position" || layout.fields[i].name == "mass_velocity") {
+      columns.field.push_back(i);
+      columns.name.emplace_back(layout.fields[i].position ? "position" : "velocity");
+    }
+  }
+  return columns;
+}
+
 /// Values stay with the rank that has the node until a block of rows is full.
 class GaugeWriter final : public BlockWriter {
  public:
-  GaugeWriter(const RunLayout& layout, const std::string& path, double interval)
+  /// @param heights what each place reads
+  GaugeWriter(const RunLayout& layout, const std::string& path, double interval, const GaugeColumns& columns,
+              std::vector<std::vector<PointShare>> heights)
       : BlockWriter{interval},
         comm_{layout.comm()},
         points_{layout.points},
-        gauges_{layout.gauge_height},
+        gauges_{std::move(heights)},
         base_{layout.base},
-        file_{comm_, path, {.header = header(layout)}, layout.earlier} {
+        field_{columns.field},
+        file_{comm_, path, {.header = header(columns, gauges_.size(), layout.base != nullptr)}, layout.earlier} {
     MPI_Comm_rank(comm_, &rank_);
-    for (std::size_t i = 0; i < layout.fields.size(); ++i) {
-      if (!layout.fields[i].gauge.empty()) {
-        field_.push_back(i);
-      }
-    }
   }
 
   void save(MotionState& state) const override { file_.save(state); }
 
  private:
-  [[nodiscard]] static std::string header(const RunLayout& layout) {
-    std::vector<std::string> names;
-    for (const std::string_view kind : {"", "absolute_"}) {
-      for (const FieldInfo& field : layout.fields) {
-        if (!field.gauge.empty() && (kind.empty() || layout.base)) {
-          names.push_back(std::string{kind}.append(field.gauge));
-        }
-      }
+  [[nodiscard]] static std::string header(const GaugeColumns& columns, std::size_t places, bool absolute) {
+    std::vector<std::string> names = columns.name;
+    for (std::size_t i = 0; absolute && i < columns.name.size(); ++i) {
+      names.push_back("absolute_" + columns.name[i]);
     }
-    const std::vector<std::string_view> columns{names.begin(), names.end()};
-    return gauge_header(layout.gauge_height.size(), columns);
+    return gauge_header(places, std::vector<std::string_view>{names.begin(), names.end()});
   }
 
   void add(const Snapshot& state) override {
@@ -211,7 +233,16 @@ class ContactWriter final : public BlockWriter {
 }  // namespace
 
 std::unique_ptr<Observer> make_gauge_writer(const RunLayout& layout, const std::string& folder, double interval) {
-  return std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval);
+  return std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval, of_gauges(layout), layout.gauge_height);
+}
+
+std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std::string& folder, double interval) {
+  std::vector<std::vector<PointShare>> heights;
+  for (const Strike& strike : layout.points->strikes()) {
+    heights.push_back(layout.points->height_of(strike.gap));
+  }
+  return std::make_unique<GaugeWriter>(layout, folder + "strikers.csv", interval, of_strikers(layout),
+                                       std::move(heights));
 }
 
 std::unique_ptr<Observer> make_energy_writer(const RunLayout& layout, const std::string& folder,

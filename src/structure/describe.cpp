@@ -99,4 +99,18 @@ void describe(Description& all, std::span<const BaseMotion> base) {
               [](const BaseMotion& motion) { return motion.acceleration()->value(); });
 }
 
+void describe(Description& all, std::span<const Striker> strikers) {
+  const auto each = [&](std::string_view name, std::size_t index) {
+    all.add_each(name, strikers, [index](const Striker& striker) {
+      const auto& [position, mass, gap, velocity, below] = striker;
+      static_cast<void>(gap);  // starts
+      static_cast<void>(velocity);
+      return std::array{position, mass, below ? -1.0 : 1.0}.at(index);
+    });
+  };
+  each("strikers, positions [m]", 0);
+  each("strikers, masses [kg]", 1);
+  each("strikers, sides (1 above, -1 below)", 2);
+}
+
 }  // namespace udar

@@ -64,6 +64,13 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
                                  ? dot(points.turning(point), initial.spin + initial.angular_velocity * Place{.z = 1.0})
                                  : dot(along, velocity);
   }
+  each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {
+    const double speed = strike.side * (strike.velocity - masses.velocity[both]);  // of the gap
+    masses.position[both] += strike.share * strike.side * strike.start;
+    masses.velocity[both] += strike.share * strike.side * speed;
+    masses.position[gap] = strike.start;
+    masses.velocity[gap] = speed;
+  });
   return masses;
 }
 

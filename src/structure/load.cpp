@@ -38,12 +38,33 @@ LoadPattern inertia_of(const MassPoints& points, const BaseMotion& base) {
   return pattern;
 }
 
-/// Where all nodes are that a force meets on its way along a beam [m]. @param quantity that asks for one
-/// @note Collective.
-std::vector<double> way_along(const MassPoints& points, const char* quantity) {
+/// The nodes that a force meets on its way along a beam.
+struct Way {
+  std::vector<double> x;  // [m], of all ranks
+  std::size_t begin = 0;  // of this rank's
+
+  /// Adds a node's share to a pattern, if the node is this rank's.
+  void add(const MassPoints& points, std::size_t node, double share, LoadPattern& pattern) const {
+    if (node < begin || node - begin >= points.own_points()) {
+      return;
+    }
+    const std::size_t point = node - begin;
+    pattern.point.push_back(point);
+    pattern.share.push_back(share);
+    each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
+      if (centre == point) {
+        pattern.point.push_back(gap);
+        pattern.share.push_back(-share * strike.share * strike.side);
+      }
+    });
+  }
+};
+
+/// @param quantity that asks for one @note Collective.
+Way way_along(const MassPoints& points, const char* quantity) {
   std::vector<double> own;
-  own.reserve(points.points());
-  for (std::size_t point = 0; point < points.points(); ++point) {
+  own.reserve(points.own_points());
+  for (std::size_t point = 0; point < points.own_points(); ++point) {
     own.push_back(points.direction(point) == Direction::y ? points.place(point).x
                                                           : std::numeric_limits<double>::quiet_NaN());
   }
@@ -54,20 +75,23 @@ std::vector<double> way_along(const MassPoints& points, const char* quantity) {
   const auto count = static_cast<int>(own.size());
   MPI_Allgather(&count, 1, MPI_INT, counts.data(), 1, MPI_INT, points.comm());
   std::exclusive_scan(counts.begin(), counts.end(), begins.begin(), 0);
-  std::vector<double> all(static_cast<std::size_t>(points.total()));
+  std::vector<double> all(static_cast<std::size_t>(begins.back() + counts.back()));
   MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), begins.data(), MPI_DOUBLE, points.comm());
   for (std::size_t node = 0; node + 1 < all.size(); ++node) {
     const double middle = 0.5 * (all[node] + all[node + 1]);
-    if (!(all[node] < all[node + 1]) || points.lever({.x = middle}).size() != 2) {
+    if (!(all[node] < all[node + 1]) || points.lever({.x = middle}).size() < 2) {
       throw InputError{std::string{quantity} + ": not allowed but on one straight beam without gaps, expected none"};
     }
   }
-  return all;
+  int rank = 0;
+  MPI_Comm_rank(points.comm(), &rank);
+  return {.x = std::move(all), .begin = static_cast<std::size_t>(begins[static_cast<std::size_t>(rank)])};
 }
 
 /// Even over a length: hats of the nodes keep force and moment. @note Collective.
 LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
-  const std::vector<double> way = way_along(points, "load width");
+  const Way along = way_along(points, "load width");
+  const std::vector<double>& way = along.x;
   if (!(load.width > 0.0)) {
     throw InputError{"load width: " + std::to_string(load.width) +
                      " is not allowed, expected a number >= 0 or inf [m]"};
@@ -88,10 +112,9 @@ LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
     share[node + 1] += of_next / (to - from);
   }
   LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
-  for (std::size_t point = 0; point < points.points(); ++point) {
-    if (const double own = share[static_cast<std::size_t>(points.global(point))]; own > 0.0) {
-      pattern.point.push_back(point);
-      pattern.share.push_back(own);
+  for (std::size_t node = 0; node < share.size(); ++node) {
+    if (share[node] > 0.0) {
+      along.add(points, node, share[node], pattern);
     }
   }
   return pattern;
@@ -127,15 +150,11 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
     }
     add(std::move(pattern));
   }
-  const std::vector<double> way = travelling.empty() ? std::vector<double>{} : way_along(points, "load axles");
+  const Way way = travelling.empty() ? Way{} : way_along(points, "load axles");
   for (const TravellingLoad& load : travelling) {
-    for (std::size_t node = 0; auto& table : node_tables(load, way)) {
-      const auto global = static_cast<PetscInt>(node++);
+    for (std::size_t node = 0; auto& table : node_tables(load, way.x)) {
       LoadPattern pattern{.point = {}, .share = {}, .table = std::move(table)};
-      if (points.owns(global)) {
-        pattern.point.push_back(static_cast<std::size_t>(global - points.begin()));
-        pattern.share.push_back(1.0);
-      }
+      way.add(points, node++, 1.0, pattern);
       add(std::move(pattern));
     }
   }

@@ -222,6 +222,78 @@ REFUSED = {
         {"support_stiffness": 1e6, "support_yield_speed": 0.5},
         ["-support_yield_speed", "0.5", "-support_stiffness"],
     ),
+    "striker_without_mass": ({"striker_position": 5}, ["-striker_mass", "-striker_position", "[kg]"]),
+    "mass_without_striker": ({"striker_mass": 5}, ["-striker_mass", "nothing", "-striker_position"]),
+    "striker_without_weight": ({"striker_position": 5, "striker_mass": 0}, ["-striker_mass", "0", "> 0", "[kg]"]),
+    "two_masses_three_strikers": (
+        {"striker_position": "4,5,6", "striker_mass": "1,2"},
+        ["-striker_mass", "2", "3", "-striker_position"],
+    ),
+    "striker_off_the_beam": (
+        {"striker_position": 11, "striker_mass": 1},
+        ["-striker_position", "11", "from 0 to 10", "[m]"],
+    ),
+    "striker_over_a_support": (
+        {"striker_position": 2, "striker_mass": 1},
+        ["-striker_position", "no support", "x = 2"],
+    ),
+    "striker_over_a_floor": (
+        {"floor": "true", "striker_position": 5, "striker_mass": 1},
+        ["-striker_position", "floor"],
+    ),
+    "two_strikers_at_a_node": (
+        {"striker_position": "5,5.01", "striker_mass": 1},
+        ["-striker_position", "5.01", "a node of its own"],
+    ),
+    "striker_on_a_held_end": (
+        {"beam_left_end": "clamped", "striker_position": 0, "striker_mass": 1},
+        ["-striker_position", "this one is held"],
+    ),
+    "striker_in_the_beam": (
+        {"striker_position": 5, "striker_mass": 1, "striker_gap": -1},
+        ["-striker_gap", "-1", ">= 0"],
+    ),
+    "striker_beside_the_beam": (
+        {"striker_position": 5, "striker_mass": 1, "striker_side": "left"},
+        ["-striker_side", "left", "above", "below"],
+    ),
+    "striker_that_gains": (
+        {"striker_position": 5, "striker_mass": 1, "striker_restitution": 1.1},
+        ["-striker_restitution", "1.1", "from 0 to 1"],
+    ),
+    "striker_that_never_yields": (
+        {"striker_position": 5, "striker_mass": 1, "striker_yield_speed": 0},
+        ["-striker_yield_speed", "0", "> 0", "[m/s]"],
+    ),
+    "restitution_and_law_of_a_striker": (
+        {"striker_position": 5, "striker_mass": 1, "striker_law": "hertz", "striker_stiffness": 1e8,
+         "striker_restitution": 0.5},
+        ["-striker_restitution", "0.5", "-striker_law", "1"],
+    ),
+    "law_of_a_striker_without_stiffness": (
+        {"striker_position": 5, "striker_mass": 1, "striker_law": "hertz"},
+        ["-striker_stiffness", "0", "> 0", "[N/m^n]"],
+    ),
+    "exponent_of_no_striker": (
+        {"striker_position": 5, "striker_mass": 1, "striker_exponent": 1.5},
+        ["-striker_exponent", "-striker_law hunt_crossley", "striker"],
+    ),
+    "striker_table_is_missing": (
+        {"striker_position": 5, "striker_mass": 1, "striker_law": "table", "striker_unloading_stiffness": 1e9},
+        ["-striker_table", "-striker_law", "compression"],
+    ),
+    "striker_by_modes": (
+        {"striker_position": 5, "striker_mass": 1, "ts_type": "modal", "filter_frequency": None},
+        ["-striker_position"],
+    ),
+    "striker_on_a_held_line": (
+        {"striker_position": 5, "striker_mass": 1, "contact_surface": "line"},
+        ["-contact_surface", "line", "-striker_position", "mass"],
+    ),
+    "striker_and_exact_modes": (
+        {"striker_position": 5, "striker_mass": 1, "filter_correct_modes": 1},
+        ["-filter_correct_modes", "-striker_position"],
+    ),
     "unknown_contact_law": ({"contact_law": "hooke"}, ["-contact_law", "hooke", "hertz", "hunt_crossley", "table"]),
     "three_laws_two_supports": ({"contact_law": "hertz,hertz,none"}, ["-contact_law", "3", "2"]),
     "hertz_without_stiffness": ({"contact_law": "hertz"}, ["-contact_stiffness", "0", "> 0", "[N/m^n]"]),

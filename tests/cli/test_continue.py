@@ -2,6 +2,7 @@
 # size: long
 """`udar -continue RUN`: what a killed, stopped or damaged run comes to when it goes on in its own folder."""
 
+import ctypes
 import os
 import shutil
 import signal
@@ -28,6 +29,9 @@ KINDS = {
     "impact": case(**LOW, **OFTEN, ts_type="impact", support_width=0.9, contact_restitution=0.7, filter_frequency=500),
     "modal": case(**LOW, **OFTEN, ts_type="modal", contact_surface="line", contact_restitution=1),
     "rk": case(**LOW, **OFTEN, ts_type="rk", contact_restitution=0.7),
+    "striker": case(**LOW, **OFTEN, ts_type="impact", contact_restitution=0.7, striker_position="4,7",
+                    striker_mass="30,200", striker_velocity="-3,0", striker_law="crush,hertz",
+                    striker_stiffness="1e6,1e8", striker_plateau_force=5e3),
     "network": {**NETWORK, **OFTEN, "ts_type": "impact"},
 }
 IN_THE_FOLDER = {"output_directory": "run"}
@@ -69,7 +73,7 @@ class Continued(UdarTest):
 
     def test_every_kind_goes_on_to_the_same_bits(self):
         """Killed in the midst of a flush, twice, then left to its end."""
-        for kind, ranks in (("chebyshev", 2), ("impact", 0), ("modal", 2), ("rk", 0), ("network", 2)):
+        for kind, ranks in (("chebyshev", 2), ("impact", 0), ("modal", 2), ("rk", 0), ("network", 2), ("striker", 2)):
             with self.subTest(kind=kind):
                 straight = self.straight(KINDS[kind], ranks)
                 folder = self.kill("killed", KINDS[kind], 8, ranks)
@@ -154,6 +158,16 @@ class Continued(UdarTest):
         result, _ = self.in_folder("killed", AGAIN | {"ts_type": "impact"}, 0)
         self.assertIn("impact takes over masses and contact", result.out)
         self.assertEqual(len(read_csv(folder / "gauges.csv")["time"]), 401)
+
+    def test_semaphores_that_a_killed_run_left(self):
+        """Open MPI names them after the file alone: another run would wait for them for ever."""
+        library = ctypes.CDLL(None)
+        library.sem_open.restype = ctypes.c_void_p
+        for file in ("restart.h5.tmp", "results.h5", "results.vtkhdf.tmp"):
+            name = f"/OMPIO_{file}".encode()
+            self.assertTrue(library.sem_open(name, os.O_CREAT, 0o600, 0))  # locked
+            self.addCleanup(library.sem_unlink, name)
+        self.in_folder("left", KINDS["impact"] | IN_THE_FOLDER | {"ts_max_time": 0.01})
 
     def test_from_another_folder(self):
         """Files that options name are looked for where they were, and a run that was moved is found."""

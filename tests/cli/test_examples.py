@@ -143,6 +143,42 @@ class Examples(UdarTest):
         self.assertNotIn("Warning", drawn.stderr)
         self.assertTrue((self.scratch / "gauges.png").exists())
 
+    def test_10_load_cell_shows_the_closed_form(self):
+        run = self.example("10-drop-weight", name="fine", beam_elements=60, ts_max_time=1.5e-3)
+        rows = self.table("10-drop-weight", run)
+        self.assertEqual([row[0] for row in rows], ["closed form", "fine"])
+        self.assertAlmostEqual(float(rows[0][1]), 10.38, delta=0.01)
+        self.assertLess(float(rows[1][5]), 0.3)  # README: 0.18 %
+        # Bar and weight part, and meet again.
+        touch = run.csv("contact.csv")["force_0"] > 0
+        self.assertEqual(np.count_nonzero(np.diff(touch.astype(int)) == 1), 2)
+
+    def table(self, folder, *runs):
+        """What the table of an example prints, without its head."""
+        printed = subprocess.run([sys.executable, EXAMPLES / folder / "table.py", *(run.directory for run in runs)],
+                                 capture_output=True, text=True, check=True)
+        return [[cell.strip() for cell in line.split("|")[1:-1]] for line in printed.stdout.splitlines()[2:]]
+
+    def test_11_restraint_takes_the_work_of_crushing(self):
+        run = self.example("11-pipe-whip", beam_elements=40, filter_frequency=5e3, ts_max_time=0.15)
+        row = self.table("11-pipe-whip", run)[0]
+        self.assertEqual(float(row[1]), 30.0)
+        self.assertGreater(float(row[3]), 600)
+        self.assertAlmostEqual(float(row[3]), float(row[4]), delta=0.5)
+        self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-5)  # while next to nothing moves
+        self.assertLess(np.abs(run.csv("energy.csv")["drift"][-1]), 1e-8)
+
+    def test_12_bearings_carry_the_weight_and_let_go(self):
+        run = self.example("12-bridge", beam_elements=40, filter_frequency=200, load_axles_start=5, ts_max_time=5.6)
+        statics, left, middle, far = self.table("12-bridge", run)
+        self.assertEqual(statics[2], "44.13")
+        for bearing, share in ((left, 0.375), (middle, 1.25), (far, 0.375)):
+            self.assertAlmostEqual(float(bearing[2]), share * 599.74 * 9.81 * 20 / 1e3, delta=0.3)
+        self.assertEqual(float(left[4]), 0)
+        self.assertGreater(float(far[4]), 0.1)
+        self.assertAlmostEqual(float(far[6]), float(statics[6]), delta=1.0)
+        self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-8)
+
 
 if __name__ == "__main__":
     unittest.main()

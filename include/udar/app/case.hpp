@@ -14,6 +14,7 @@
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
+#include "udar/structure/striker.hpp"
 #include "udar/structure/travelling_load.hpp"
 
 namespace udar::app {
@@ -86,7 +87,8 @@ struct StartInput {
 
 /// @brief Supports and who touches them.
 struct ContactInput {
-  std::vector<Support> supports;        ///< the floor or ground, if any, is the last
+  std::vector<Support> supports;        ///< the floor or ground, if any, is the last but for faces of strikers
+  std::vector<Striker> strikers;        ///< whose faces are the last supports
   bool faces_in_space = false;          ///< some normal, or place along y or z, was given
   double field_tolerance = 0.0;         ///< see `Case`
   std::vector<MassPatch> mass_patches;  ///< parts of the beam whose nodes carry the mass of a support's width

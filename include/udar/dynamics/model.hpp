@@ -19,6 +19,7 @@
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
 #include "udar/structure/network.hpp"
+#include "udar/structure/striker.hpp"
 
 namespace udar {
 
@@ -35,13 +36,16 @@ struct ModelParameters {
   Damping damping{};
   std::vector<double> damping_ratio{};  ///< as `Equations`
   InitialState initial{};
+  /// Masses that strike it; each needs a `Support` that is its face.
+  std::vector<Striker> strikers{};
   std::vector<Support> supports{};
   ContactParameters contact{};
 
   [[nodiscard]] bool is_beam() const noexcept { return !imported && !network; }
 };
 
-/// @brief What is simulated. @note Collective. @throws as `BeamChain`, `ImportedStructure`, `Network`
+/// @brief What is simulated. @note Collective. @throws as `BeamChain`, `ImportedStructure`, `Network`,
+/// `StruckStructure`
 [[nodiscard]] std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters);
 
 /// @brief Structure, line, loads and equations, in the order in which they need each other, and what `ImpactDynamics`

@@ -120,6 +120,7 @@ class FilteredStructure {
   std::unique_ptr<FilterOperator> operator_;
   petsc::LinearSolver solver_;
   ColumnSolver* columns_ = nullptr;
+  std::unique_ptr<ColumnSolver> around_;  // of columns that are not the operator's own; null: they are
   FramedColumns framed_;
   CorrectedModes corrected_;
   petsc::Vector right_hand_side_;

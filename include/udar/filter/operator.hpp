@@ -115,6 +115,8 @@ class FilterOperator {
   [[nodiscard]] virtual std::string block_form_reason() const = 0;
   /// Whether the matrix is positive definite, so that Cholesky is its solver by default.
   [[nodiscard]] virtual bool definite() const = 0;
+  /// A solver of its columns around one of the operator's; null: that one serves as it is.
+  [[nodiscard]] virtual std::unique_ptr<ColumnSolver> around(ColumnSolver& /*solver*/) const { return nullptr; }
   /// @brief A solver for the structure in which contact springs take the place of the filter's at their points: those
   /// of the filter hold the structure to ground there, and the stretch is that of the contact springs.
   /// @param springs by ascending point; several at a point add up @note Collective; factors.

@@ -27,6 +27,7 @@ enum class Feature : std::uint8_t {
   friction,           ///< supports that rub
   contact_laws,       ///< supports with a law of contact under masses
   laws_of_line,       ///< the same under the line that they hold
+  strikers,           ///< masses that strike the structure
 };
 
 /// Contact points of the line whose sets can be told one by one.

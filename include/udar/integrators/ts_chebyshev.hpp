@@ -25,7 +25,7 @@ inline constexpr const char* kTsChebyshev = "chebyshev";
 /// Cheapest by its line solves, about 2.5 + 0.9 per contact node and unit wf t where `impact` takes 12.
 inline constexpr IntegratorType kChebyshevType{
     .name = kTsChebyshev,
-    .can = {Feature::filtered, Feature::line_contact, Feature::elastic_line},
+    .can = {Feature::filtered, Feature::line_contact, Feature::elastic_line, Feature::strikers},
     .knows =
         "its series know a matrix that is constant from event to event and forces linear in time: no support that "
         "moves "

@@ -31,7 +31,8 @@ struct FileField : FieldInfo {
 /// @brief From this rank's points and cells to rows of the files.
 ///
 /// A node has a row. Where it is one point, so have the numbers of the point; of several that move along axes of their
-/// own files have what they are together: vectors in global axes.
+/// own files have what they are together: vectors in global axes. Strikers have no row; nodes that are struck have what
+/// they are by themselves.
 class FileRows {
  public:
   /// @param points borrowed; must outlive it @note Collective.
@@ -49,19 +50,23 @@ class FileRows {
   /// One of the points of each of this rank's nodes.
   [[nodiscard]] const std::vector<std::size_t>& a_point() const noexcept { return a_point_; }
   /// Node of a local point.
-  [[nodiscard]] std::size_t node(std::size_t point) const { return grouped() ? node_[point] : point; }
+  [[nodiscard]] std::size_t node(std::size_t point) const;
   /// Number of a local point's node in the user's model.
-  [[nodiscard]] std::int64_t number(std::size_t point) const {
-    return grouped() ? number_[node_[point]] : points_->number(point);
-  }
+  [[nodiscard]] std::int64_t number(std::size_t point) const;
+  /// Of a local point's node alone, without what strikes it [kg].
+  [[nodiscard]] double mass(std::size_t point) const;
   /// @brief What files have over time of a snapshot's fields. Of points that do not all move along y they have
   /// displacements, vectors [m]; of nodes of several points these in place of positions. Where points turn there are
   /// rotations [rad] and their rates besides.
   [[nodiscard]] std::vector<FileField> fields(std::span<const FieldInfo> shown) const;
+  /// Whether its values are those of the snapshot as they stand.
+  [[nodiscard]] bool as_shown(const FileField& field) const {
+    return field.form == FileField::Form::given && order_of(field.where).same() && points_->strikes().empty();
+  }
   /// @name Values of such a field at this rank's nodes or cells @note Not collective.
   /// @{
-  [[nodiscard]] std::vector<double> numbers(const FileField& field, std::span<const double> shown) const;
-  [[nodiscard]] std::vector<std::uint8_t> flags(const FileField& field, std::span<const std::uint8_t> shown) const;
+  [[nodiscard]] std::vector<double> numbers(const FileField& field, std::span<const double> given) const;
+  [[nodiscard]] std::vector<std::uint8_t> flags(const FileField& field, std::span<const std::uint8_t> given) const;
   /// @}
 
  private:

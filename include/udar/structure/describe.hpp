@@ -9,6 +9,7 @@
 #include "udar/structure/description.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
+#include "udar/structure/striker.hpp"
 
 namespace udar {
 
@@ -19,6 +20,7 @@ void describe(Description& all, const BeamParameters& beam);
 void describe(Description& all, const InitialState& initial);
 void describe(Description& all, std::span<const NodalLoad> loads);
 void describe(Description& all, std::span<const BaseMotion> base);
+void describe(Description& all, std::span<const Striker> strikers);
 void describe(Description& all, std::span<const TravellingLoad> loads);
 /// @}
 

@@ -59,6 +59,17 @@ struct NodeFrame {
   std::array<Place, 3> axes{};
 };
 
+/// @brief A node and the mass that strikes it, whose unknowns are their centre of mass and the gap between them.
+struct Strike {
+  PetscInt centre = 0;      ///< global point, the structure's own
+  PetscInt gap = 0;         ///< global point, on the same rank
+  std::size_t striker = 0;  ///< which
+  double side = 1.0;        ///< +1: it stands above, -1: below
+  double share = 0.0;       ///< of the mass of both that is the striker's [-]
+  double start = 0.0;       ///< gap at the start [m]
+  double velocity = 0.0;    ///< of the striker at the start [m/s], y up
+};
+
 /// @brief From the leftmost point to the rightmost, along x [m].
 struct Extent {
   double from = 0.0;
@@ -134,6 +145,10 @@ class MassPoints {
   [[nodiscard]] virtual std::optional<std::array<std::size_t, 2>> beside(std::size_t /*point*/) const { return {}; }
   /// Nodes whose axes are their own.
   [[nodiscard]] virtual std::span<const NodeFrame> frames() const { return {}; }
+  /// Nodes that masses strike, by striker; of all ranks.
+  [[nodiscard]] virtual std::span<const Strike> strikes() const { return {}; }
+  /// Local points that are nodes' own: all but gaps, which follow them.
+  [[nodiscard]] virtual std::size_t own_points() const { return points(); }
   /// The same of one coordinate [m]: its share of the height; 0 of a point that moves across, whose coordinate is how
   /// far it went.
   [[nodiscard]] double reference(std::size_t coordinate) const;
@@ -175,6 +190,17 @@ class MassPoints {
   PetscInt begin_ = 0;
   PetscInt total_ = 0;
 };
+
+/// @brief Visits this rank's strikes. @param visit (strike, local point of the centre, of the gap)
+template <class Visit>
+void each_own(const MassPoints& points, const Visit& visit) {
+  for (const Strike& strike : points.strikes()) {
+    if (points.owns(strike.centre)) {
+      visit(strike, static_cast<std::size_t>(strike.centre - points.begin()),
+            static_cast<std::size_t>(strike.gap - points.begin()));
+    }
+  }
+}
 
 /// @brief What places points that know no more than where they stand: one entry a local point, but for `fixed`.
 struct PointTable {

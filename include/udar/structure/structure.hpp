@@ -22,6 +22,8 @@ class Structure {
   virtual ~Structure() = default;
 
   [[nodiscard]] virtual const MassPoints& points() const = 0;
+  /// Without the masses that strike it.
+  [[nodiscard]] virtual const Structure& elastic() const { return *this; }
   /// The chain if it is one, for solvers that need no more than that; else null.
   [[nodiscard]] virtual const BeamChain* chain() const { return nullptr; }
   /// The network of members if it is one, else null.

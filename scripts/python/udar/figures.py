@@ -49,6 +49,11 @@ def mark_impacts(axis, run, node, marker, colour):
     time, support = run.impacts["time"][hits], np.asarray(run.impacts["support"])[hits].astype(int)
     height = np.array([support.height for support in run.supports])[support] if len(time) else time
     height = height + run.lift_of(support, time)
+    for number in np.unique(support):
+        if run.supports[number].striker is not None:
+            hit = support == number
+            place = run.strikers[f"position_{run.supports[number].striker}"]
+            height[hit] = np.interp(time[hit], run.strikers["time"], place)
     cell = np.rint((time - run.begin) / max(run.end - run.begin, 1e-300) * BINS)
     _, kept = np.unique(cell + 1j * height, return_index=True)
     axis.plot(time[kept], height[kept], linestyle="none", marker=marker, markersize=4.5, markerfacecolor=colour,
@@ -61,7 +66,7 @@ def draw_gauges(pen, runs, chosen):
     height = min(1.75, max(1.0, 30.0 / len(chosen)))
     figure, axes = pen.figure(9.5, 1.2 + height * len(chosen), len(chosen), sharex=True,
                               sharey=reference.along_line)
-    marked = held = False
+    marked = held = struck = False
     for axis, gauge in zip(axes[:, 0], chosen):
         node = reference.gauge_node[gauge]
         heights = set()
@@ -77,7 +82,11 @@ def draw_gauges(pen, runs, chosen):
             axis.plot(*thin(time, run.gauges[f"mass_{own}"]), color=mass_colour, linewidth=1.3, zorder=2.5)
             own_node = run.gauge_node[own]
             for k in run.supports_of_node(own_node):
-                if run.lift is not None and np.any(run.lift[1][:, k]):
+                if run.supports[k].striker is not None:
+                    struck = True
+                    axis.plot(*thin(run.strikers["time"], run.strikers[f"position_{run.supports[k].striker}"]),
+                              color=mass_colour if several else GREEN, linewidth=1.0, linestyle=":", zorder=2.7)
+                elif run.lift is not None and np.any(run.lift[1][:, k]):
                     held = True
                     axis.plot(*thin(run.lift[0], run.supports[k].height + run.lift[1][:, k]), color=GREY, linewidth=1.0,
                               zorder=1.8)
@@ -105,6 +114,9 @@ def draw_gauges(pen, runs, chosen):
     if held:
         handles.append(Line2D([], [], color=GREY, linewidth=1.0))
         labels.append("support")
+    if struck:
+        handles.append(Line2D([], [], color=GREY if several else GREEN, linewidth=1.0, linestyle=":"))
+        labels.append("striker")
     legend_above(axes[0, 0], handles, labels)
     set_time_axis(axes[-1, 0], runs)
     pen.write(figure, "gauges", "Positions of masses and line at the gauges", runs)
@@ -114,6 +126,8 @@ def place_of(supports):
     """What a node stands on or under, in brackets."""
     if not supports:
         return ""
+    if supports[0].striker is not None:
+        return " (struck)"
     if len({support.side for support in supports}) > 1:
         return " (between supports below and above)"
     if supports[0].is_floor:

@@ -32,6 +32,7 @@ class Support:
     normal: np.ndarray = None  # of a plane that does not look up: along it the height counts, from the origin
     box: np.ndarray = None     # rows of from and to along x, y, z that it touches [m]
     field: tuple = None        # x, z and rows of heights over them, one row for each z
+    striker: int = None        # which one this is; it has no height of its own
 
 
 @dataclasses.dataclass
@@ -73,6 +74,7 @@ class Run:
     gauge_node: np.ndarray
     supports: list
     gauges: dict     # columns of gauges.csv
+    strikers: dict   # columns of strikers.csv; empty without
     energy: dict     # columns of energy.csv
     impacts: dict
     rests: dict
@@ -253,6 +255,11 @@ def read_supports(file, x):
             supports.append(Support(f"support {number}, plane", low, high, position, height, side, False,
                                     np.array([low, high]), np.full(2, height), normals[number], box))
             continue
+        if np.isnan(height):
+            striker = sum(support.striker is not None for support in supports)
+            supports.append(Support(f"striker {striker}, x = {with_unit(position, 'm')}", low, high, position, height,
+                                    side, False, np.array([position]), np.full(1, height), box=box, striker=striker))
+            continue
         where = (" below" if side > 0 else " above") if min(columns[3]) < 0 else ""
         name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
         outline = np.array([low, high] if high > low else [position])
@@ -352,7 +359,7 @@ def read_run(folder, with_fields):
                 place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
                 gauge_node=gauge_node,
                 supports=read_supports(file, x),
-                gauges={}, energy={},
+                gauges={}, strikers={}, energy={},
                 impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
                 rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
                 finished=finished and bool(summary.get("completed", True)),
@@ -389,6 +396,9 @@ def read_run(folder, with_fields):
         run.gauges = read_csv(folder / "gauges.csv", ["time", *columns])
     else:
         run.gauges = {"time": np.empty(0)}
+    struck = sum(support.striker is not None for support in run.supports)
+    run.strikers = (read_csv(folder / "strikers.csv", ["time", *(f"position_{k}" for k in range(struck))]) if struck
+                    else {})
     run.energy = read_csv(folder / "energy.csv", ["time", "drift", *ENERGY_COLUMNS])
     return run
 

@@ -67,19 +67,6 @@ Facing facing(std::span<const double> given) {
           .turned = *largest < 0.0};
 }
 
-/// Refuses an impact law for a support that gives way, by a key; a restitution of 1 in a list for others passes.
-/// @param decides who says in its place how a mass leaves
-void given_with(const char* key, const char* decides, bool restitution_given, const Support& support) {
-  const auto [restitution, yield_speed] = std::pair{support.restitution, support.yield_speed};
-  if (yield_speed < kInfinity || (restitution_given && restitution != 1.0)) {
-    std::ostringstream message;
-    message << "option " << (yield_speed < kInfinity ? "-support_yield_speed" : "-contact_restitution") << ": "
-            << (yield_speed < kInfinity ? yield_speed : restitution) << " is not allowed with " << key << ", expected "
-            << (yield_speed < kInfinity ? "inf" : "1") << ": " << decides << " how a mass leaves [-]";
-    throw InputError{message.str()};
-  }
-}
-
 /// An option that takes a file for each of some things, or one for all.
 struct FileList {
   const char* key;
@@ -250,7 +237,8 @@ class SupportLists {
   [[nodiscard]] bool in_space() const noexcept {
     return facing_given_ || field_.given || friction_.given || y_.given || z_.given || y_width_.given || z_width_.given;
   }
-  [[nodiscard]] bool restitution_given() const noexcept { return restitution_.given; }
+  [[nodiscard]] const NumberList& restitution() const noexcept { return restitution_; }
+  [[nodiscard]] const NumberList& yield_speed() const noexcept { return yield_speed_; }
   [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
   /// Restitution, friction and yield speed of an entry: supports, boxes, ground.
   [[nodiscard]] Support law(std::size_t i) const {
@@ -300,7 +288,7 @@ class SupportLists {
                        " is not allowed without -support_stiffness, expected 0: a rigid support has no damper [N s/m]"};
     }
     if (support.elastic()) {
-      given_with("-support_stiffness", "spring and damper decide", restitution_.given, support);
+      refuse_impact_law("-support_stiffness", "spring and damper decide", restitution_, yield_speed_.key, support);
     }
     return support;
   }
@@ -335,8 +323,7 @@ class SupportLists {
 };
 
 /// Gives a support its law of contact, if it has one.
-/// @param restitution_given whether there is a list of restitutions
-void add_law(MPI_Comm comm, const LawLists& laws, std::size_t i, bool restitution_given, Support& support) {
+void add_law(MPI_Comm comm, const LawLists& laws, std::size_t i, const SupportLists& lists, Support& support) {
   support.contact_law = laws.law(comm, i);
   if (!support.contact_law) {
     return;
@@ -347,7 +334,7 @@ void add_law(MPI_Comm comm, const LawLists& laws, std::size_t i, bool restitutio
             << laws.name(i) << ", expected inf: the law says how the support gives way [N/m]";
     throw InputError{message.str()};
   }
-  given_with("-contact_law", "the law decides", restitution_given, support);
+  refuse_impact_law(kLawsOfSupports.law, "the law decides", lists.restitution(), lists.yield_speed().key, support);
   support.height += static_cast<double>(support.side) * laws.interference(*support.contact_law, i);
 }
 
@@ -381,7 +368,7 @@ ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>&
   lists.read_law(group);
   read_contact_parameters(group, input.contact);
   lists.read_motion_and_springs(group);
-  LawLists laws;
+  LawLists laws{kLawsOfSupports};
   laws.read(group);
   input.faces_in_space = lists.in_space();
   lists.settle(ground.any());
@@ -391,7 +378,7 @@ ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>&
   }
   for (std::size_t i = 0; i < lists.count(); ++i) {
     Support& support = input.supports.emplace_back(lists.support(comm, i));
-    add_law(comm, laws, i, lists.restitution_given(), support);
+    add_law(comm, laws, i, lists, support);
     if (lists.tributary() && support.width > 0.0 && std::isfinite(support.width)) {
       input.mass_patches.push_back({.from = support.from(), .to = support.to()});
     }

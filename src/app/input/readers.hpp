@@ -60,6 +60,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 [[nodiscard]] std::vector<BaseMotion> read_base_motion(MPI_Comm comm);
 /// @param network whose nodes boxes are beside
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network);
+/// Strikers, and a support for each that is its face.
+[[nodiscard]] std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm);
 /// @param step_needed whether a step must be given
 [[nodiscard]] TimeInput read_time(MPI_Comm comm, bool step_needed);

@@ -1,0 +1,56 @@
+#pragma once
+/// @file
+/// Rigid masses that fly, hit a structure and leave it again.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "udar/structure/structure.hpp"
+
+namespace udar {
+
+/// @brief A rigid mass, guided along y, that can touch one node of a structure.
+struct Striker {
+  double position = 0.0;  ///< [m], along the structure: it strikes the nearest node that moves along y
+  double mass = 0.0;      ///< [kg], > 0
+  double gap = 0.0;       ///< between its tip and the node at the start [m], >= 0
+  double velocity = 0.0;  ///< at the start [m/s], y up
+  bool below = false;     ///< it stands below the structure and strikes upwards
+};
+
+/// @brief A structure with what strikes it: an elastic structure and masses that nothing ties to it.
+///
+/// Of a node of mass m and its striker of mass M the unknowns are the centre of mass of both, with the mass m + M, and
+/// the gap between them, with the mass m M / (m + M): a change of basis that leaves the mass matrix diagonal and every
+/// filter spring at wf. A contact of the two is one of the gap with a rigid face at 0, exactly, whatever its law.
+/// Source: docs/theory.md, "Strikers"
+class StruckStructure final : public Structure {
+ public:
+  /// @param structure of points of one component
+  /// @note Collective. @throws InputError naming quantity, value and range if a striker is off the structure, has no
+  /// mass or starts within it, or if its node is held, has axes of its own or is another striker's
+  StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers);
+
+  [[nodiscard]] const MassPoints& points() const override { return *points_; }
+  [[nodiscard]] const Structure& elastic() const override { return structure_->elastic(); }
+  [[nodiscard]] const BeamChain* chain() const override { return structure_->chain(); }
+  [[nodiscard]] const Network* network() const override { return structure_->network(); }
+  [[nodiscard]] Mat stiffness() const override { return structure_->stiffness(); }
+  [[nodiscard]] double largest_ratio() const override { return structure_->largest_ratio(); }
+  /// Of the structure alone.
+  [[nodiscard]] Topology topology() const override { return structure_->topology(); }
+  [[nodiscard]] PetscInt rigid_modes() const override { return structure_->rigid_modes(); }
+  [[nodiscard]] bool grounded() const override { return structure_->grounded(); }
+  void describe(Description& all) const override { structure_->describe(all); }
+
+ private:
+  std::unique_ptr<const Structure> structure_;
+  std::unique_ptr<const MassPoints> points_;
+};
+
+/// @brief Puts the heights of nodes, or their velocities, in place of those of centres of mass. @param[in,out] values
+/// of local points
+void centres_to_nodes(const MassPoints& points, std::span<double> values);
+
+}  // namespace udar

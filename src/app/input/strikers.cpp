@@ -1,0 +1,82 @@
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "app/input/contact_laws.hpp"
+#include "app/input/readers.hpp"
+#include "udar/petsc/error.hpp"
+#include "udar/petsc/options.hpp"
+
+namespace udar::app {
+namespace {
+
+constexpr const char* kPerStriker = "one per -striker_position";
+
+constexpr LawKeys kLawsOfStrikers{.law = "-striker_law",
+                                  .stiffness = "-striker_stiffness",
+                                  .exponent = "-striker_exponent",
+                                  .damping = "-striker_damping",
+                                  .unloading = "-striker_unloading_stiffness",
+                                  .plateau = "-striker_plateau_force",
+                                  .bottoming = "-striker_bottoming_compression",
+                                  .bottoming_stiffness = "-striker_bottoming_stiffness",
+                                  .table = "-striker_table",
+                                  .preload = nullptr,
+                                  .quantity = "striker",
+                                  .thing = "striker",
+                                  .per_thing = kPerStriker};
+
+constexpr std::array kStands{Names<bool>{"above", false}, Names<bool>{"below", true}};
+
+}  // namespace
+
+std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  petsc::OptionGroup group{comm,
+                           "Strikers (rigid masses, guided along y; lists: one entry per striker, or one for all)"};
+  NumberList position{"-striker_position"};
+  NumberList mass{"-striker_mass", {0.0}};
+  NumberList gap{"-striker_gap", {0.0}};
+  NumberList velocity{"-striker_velocity", {0.0}};
+  NumberList restitution{"-striker_restitution", {1.0}};
+  NumberList yield_speed{"-striker_yield_speed", {kInfinity}};
+  std::vector<bool> below{false};
+  LawLists laws{kLawsOfStrikers};
+  position.read(group, "m", petsc::any(), "where they strike, along x: the nearest node, which no support may touch");
+  mass.read(group, "kg", petsc::positive(), "needed");
+  gap.read(group, "m", petsc::non_negative(), "between striker and node at the start");
+  velocity.read(group, "m/s", petsc::any(), "at the start, y up: -4.43 after a fall from 1 m");
+  const bool side_given = group.choices<bool>("-striker_side", below, kStands, "on which side of the structure it is");
+  restitution.read(group, "-", petsc::between(0.0, 1.0), "of the velocity between striker and node, v+ = -e v-");
+  yield_speed.read(group, "m/s", petsc::positive_or_infinite(),
+                   "speed above which restitution falls, e (v / v_y)^(-1/4); inf: it does not");
+  laws.read(group);
+  const std::size_t count = position.values.size();
+  for (NumberList* list : {&mass, &gap, &velocity, &restitution, &yield_speed}) {
+    if (count > 0 || list->given) {
+      list->spread(count, kPerStriker);
+    }
+  }
+  if (count > 0 || side_given) {
+    below = petsc::one_per("-striker_side", below, count, kPerStriker);
+  }
+  laws.settle(count);
+  if (count > 0 && !mass.given) {
+    throw InputError{"option -striker_mass is needed with -striker_position [kg]"};
+  }
+  std::pair<std::vector<Striker>, std::vector<Support>> read;
+  for (std::size_t i = 0; i < count; ++i) {
+    read.first.push_back(
+        {.position = position[i], .mass = mass[i], .gap = gap[i], .velocity = velocity[i], .below = below[i]});
+    Support& face = read.second.emplace_back(
+        Support{.position = position[i], .restitution = restitution[i], .yield_speed = yield_speed[i]});
+    face.striker = static_cast<PetscInt>(i);
+    face.contact_law = laws.law(comm, i);
+    if (face.contact_law) {
+      refuse_impact_law(kLawsOfStrikers.law, "the law decides", restitution, yield_speed.key, face);
+    }
+  }
+  return read;
+}
+
+}  // namespace udar::app
