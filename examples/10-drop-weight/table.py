@@ -70,9 +70,9 @@ def main():
     print(told("closed form", time, rows), " |  |")
     for run in map(pathlib.Path, sys.argv[1:]):
         with open(run / "contact.csv", encoding="ascii") as file:
-            table = list(csv.DictReader(file))[1:]
+            table = list(csv.DictReader(file))
         last = max(int(name[6:]) for name in table[0] if name.startswith("force_"))  # the striker
-        force = np.array([float(row[f"force_{last}"]) for row in table])
+        force = np.diff([float(row[f"impulse_{last}"]) for row in table]) / 2e-5
         summary = json.loads((run / "summary.json").read_text())
         print(told(run.name, time[: len(force)], force), end="")
         end = np.flatnonzero(rows <= 0)[0]
