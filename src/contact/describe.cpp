@@ -20,7 +20,10 @@ void describe_laws(Description& all, std::span<const Support> supports) {
   std::vector<Numbers> found;
   for (std::size_t i = 0; i < supports.size(); ++i) {
     const ContactLaw* law = supports[i].contact_law.get();
-    for (const auto& [name, values] : law != nullptr ? law->numbers() : std::vector<LawNumber>{}) {
+    if (law == nullptr) {
+      continue;
+    }
+    for (const auto& [name, values] : law->numbers()) {
       const std::string full = "supports, " + std::string{law->name()} + ", " + std::string{name};
       auto at = std::ranges::find(found, full, &Numbers::name);
       if (at == found.end()) {

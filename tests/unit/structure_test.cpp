@@ -390,10 +390,10 @@ TEST(Loads, SpreadOverALengthKeepForceAndMoment) {
 
 TEST(Loads, RefuseTablesThatDoNotAscend) {
   const BeamChain beam{PETSC_COMM_WORLD, test::steel_beam(4)};
-  EXPECT_THROW(time_table({0.0, 0.0, 0.0}, {1.0, 2.0, 3.0}), InputError);
-  EXPECT_THROW(time_table({0.0, 1.0, 0.5}, {1.0, 2.0, 3.0}), InputError);
-  EXPECT_THROW(time_table({0.0, 1.0}, {1.0}), InputError);
-  EXPECT_THROW(time_table({}, {}), InputError);
+  EXPECT_THROW(static_cast<void>(time_table({0.0, 0.0, 0.0}, {1.0, 2.0, 3.0})), InputError);
+  EXPECT_THROW(static_cast<void>(time_table({0.0, 1.0, 0.5}, {1.0, 2.0, 3.0})), InputError);
+  EXPECT_THROW(static_cast<void>(time_table({0.0, 1.0}, {1.0})), InputError);
+  EXPECT_THROW(static_cast<void>(time_table({}, {})), InputError);
   EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 1.0, .table = nullptr}}}), InputError);
   EXPECT_THROW((Loads{beam.points(), 9.81, {{.position = 11.0, .table = time_table({0.0}, {1.0})}}}), InputError);
 }

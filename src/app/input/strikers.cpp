@@ -1,4 +1,5 @@
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -26,12 +27,12 @@ constexpr LawKeys kLawsOfStrikers{.law = "-striker_law",
                                   .thing = "striker",
                                   .per_thing = kPerStriker};
 
-constexpr std::array kStands{Names<bool>{"above", false}, Names<bool>{"below", true}};
+enum class Stand : std::uint8_t { above, below };
+constexpr std::array kStands{Names<Stand>{"above", Stand::above}, Names<Stand>{"below", Stand::below}};
 
 }  // namespace
 
 std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   petsc::OptionGroup group{comm,
                            "Strikers (rigid masses, guided along y; lists: one entry per striker, or one for all)"};
   NumberList position{"-striker_position"};
@@ -39,14 +40,15 @@ std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm com
   NumberList gap{"-striker_gap", {0.0}};
   NumberList velocity{"-striker_velocity", {0.0}};
   NumberList restitution{"-striker_restitution", {1.0}};
-  NumberList yield_speed{"-striker_yield_speed", {kInfinity}};
-  std::vector<bool> below{false};
+  NumberList yield_speed{"-striker_yield_speed", {std::numeric_limits<double>::infinity()}};
+  std::vector<Stand> stands{Stand::above};
   LawLists laws{kLawsOfStrikers};
   position.read(group, "m", petsc::any(), "where they strike, along x: the nearest node, which no support may touch");
   mass.read(group, "kg", petsc::positive(), "needed");
   gap.read(group, "m", petsc::non_negative(), "between striker and node at the start");
   velocity.read(group, "m/s", petsc::any(), "at the start, y up: -4.43 after a fall from 1 m");
-  const bool side_given = group.choices<bool>("-striker_side", below, kStands, "on which side of the structure it is");
+  const bool side_given =
+      group.choices<Stand>("-striker_side", stands, kStands, "on which side of the structure it is");
   restitution.read(group, "-", petsc::between(0.0, 1.0), "of the velocity between striker and node, v+ = -e v-");
   yield_speed.read(group, "m/s", petsc::positive_or_infinite(),
                    "speed above which restitution falls, e (v / v_y)^(-1/4); inf: it does not");
@@ -58,7 +60,7 @@ std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm com
     }
   }
   if (count > 0 || side_given) {
-    below = petsc::one_per("-striker_side", below, count, kPerStriker);
+    stands = petsc::one_per("-striker_side", stands, count, kPerStriker);
   }
   laws.settle(count);
   if (count > 0 && !mass.given) {
@@ -66,8 +68,11 @@ std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm com
   }
   std::pair<std::vector<Striker>, std::vector<Support>> read;
   for (std::size_t i = 0; i < count; ++i) {
-    read.first.push_back(
-        {.position = position[i], .mass = mass[i], .gap = gap[i], .velocity = velocity[i], .below = below[i]});
+    read.first.push_back({.position = position[i],
+                          .mass = mass[i],
+                          .gap = gap[i],
+                          .velocity = velocity[i],
+                          .below = stands[i] == Stand::below});
     Support& face = read.second.emplace_back(
         Support{.position = position[i], .restitution = restitution[i], .yield_speed = yield_speed[i]});
     face.striker = static_cast<PetscInt>(i);
