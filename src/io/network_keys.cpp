@@ -92,7 +92,7 @@ std::optional<Given<std::array<double, 3>>> read_joint(YamlThing& thing, const s
   const std::string hinge_key = "hinge_" + end;
   const auto joint = thing.numbers(joint_key.c_str(), "N m/rad", petsc::non_negative_or_infinite(), 3);
   const auto hinge = thing.words(hinge_key.c_str());
-  if (!joint && !hinge) {
+  if (!joint && (!hinge || hinge->empty())) {
     return std::nullopt;
   }
   Given<std::array<double, 3>> given{MemberEnd{}.joint, joint ? joint->mark : hinge->front().mark};
