@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <limits>
+#include <set>
 #include <string_view>
 #include <unordered_set>
 #include <utility>
@@ -16,25 +16,30 @@
 namespace udar::io {
 namespace {
 
-/// Numbers of a file and how many nodes an element has, by Gmsh's numbers of types up to hexahedra of second order.
-constexpr std::array<std::pair<int, int>, 18> kNodes{{{1, 2},
-                                                      {2, 3},
-                                                      {3, 4},
-                                                      {4, 4},
-                                                      {5, 8},
-                                                      {6, 6},
-                                                      {7, 5},
-                                                      {8, 3},
-                                                      {9, 6},
-                                                      {10, 9},
-                                                      {11, 10},
-                                                      {12, 27},
-                                                      {15, 1},
-                                                      {16, 8},
-                                                      {17, 20},
-                                                      {26, 4},
-                                                      {27, 5},
-                                                      {28, 6}}};
+/// What Gmsh calls an element by a number, up to hexahedra of second order.
+struct ElementType {
+  int number;
+  int dimension;
+  int nodes;
+};
+constexpr std::array<ElementType, 18> kTypes{{{1, 1, 2},
+                                              {2, 2, 3},
+                                              {3, 2, 4},
+                                              {4, 3, 4},
+                                              {5, 3, 8},
+                                              {6, 3, 6},
+                                              {7, 3, 5},
+                                              {8, 1, 3},
+                                              {9, 2, 6},
+                                              {10, 2, 9},
+                                              {11, 3, 10},
+                                              {12, 3, 27},
+                                              {15, 0, 1},
+                                              {16, 2, 8},
+                                              {17, 3, 20},
+                                              {26, 1, 4},
+                                              {27, 1, 5},
+                                              {28, 1, 6}}};
 
 /// Reads a file word by word, as PETSc does, which takes what it says for granted. Throws Complaint.
 class Scan {
@@ -42,14 +47,12 @@ class Scan {
   explicit Scan(std::string_view text) : left_{text} {}
 
   void read() {
-    if (word() != "$MeshFormat") {
-      left_ = {};
-      return;  // PETSc says what
-    }
+    expect("$MeshFormat");
     const std::string_view version = word();
     if ((version != "4.1" && version != "2.2") || word() != "0") {
       return;  // binary, or of a version that is left to PETSc
     }
+    require(left_.find('\0') == std::string_view::npos, "a zero byte in a text");
     blocks_ = version == "4.1";
     static_cast<void>(word());  // bytes of a number
     expect("$EndMeshFormat");
@@ -138,6 +141,7 @@ class Scan {
       const std::string_view name = trimmed(line);
       require(name.size() > 2 && name.size() <= kLongest && name.front() == '"' && name.find('"', 1) + 1 == name.size(),
               "the name of a physical group is not between two quotes, or longer than 125 letters");
+      require(line.starts_with(" \""), "the name of a physical group does not follow its number after one blank");
       left_.remove_prefix(line.size());
     }
     expect("$EndPhysicalNames");
@@ -150,7 +154,7 @@ class Scan {
     }
     for (std::size_t of = 0; of < counts.size(); ++of) {
       for (std::size_t i = 0; i < counts.at(of); ++i) {
-        static_cast<void>(whole());
+        entities_.emplace(static_cast<int>(of), whole());
         numbers(of == 0 ? 3 : 6);  // its place, or its box
         wholes(tags());
         if (of > 0) {
@@ -159,6 +163,15 @@ class Scan {
       }
     }
     expect("$EndEntities");
+  }
+
+  /// That a block belongs to. @return its dimension
+  int entity() {
+    const int of = dimension();
+    const int number = whole();
+    require(entities_.contains({of, number}),
+            "entity " + std::to_string(number) + " of dimension " + std::to_string(of) + " is not among the entities");
+    return of;
   }
 
   std::size_t tags() {
@@ -183,8 +196,7 @@ class Scan {
     wholes(2);  // least and largest number
     std::size_t found = 0;
     for (std::size_t block = 0; block < blocks; ++block) {
-      static_cast<void>(dimension());
-      static_cast<void>(whole());
+      entity();
       require(whole() == 0, "nodes with parameters");
       const std::size_t here = count();
       for (std::size_t i = 0; i < here; ++i) {
@@ -218,7 +230,7 @@ class Scan {
     const std::size_t all = count();
     for (std::size_t i = 0; i < all; ++i) {
       const int element = whole();
-      const int type = whole();
+      const ElementType type = element_type();
       wholes(tags());
       nodes_of(element, type);
     }
@@ -230,9 +242,10 @@ class Scan {
     wholes(2);
     std::size_t found = 0;
     for (std::size_t block = 0; block < blocks; ++block) {
-      static_cast<void>(dimension());
-      static_cast<void>(whole());
-      const int type = whole();
+      const int dimension = entity();
+      const ElementType type = element_type();
+      require(type.dimension == dimension, "elements of type " + std::to_string(type.number) +
+                                               " in an entity of dimension " + std::to_string(dimension));
       const std::size_t here = count();
       for (std::size_t i = 0; i < here; ++i) {
         nodes_of(whole(), type);
@@ -242,10 +255,15 @@ class Scan {
     require(found == all, std::to_string(found) + " elements where " + std::to_string(all) + " are announced");
   }
 
-  void nodes_of(int element, int type) {
-    const auto* const known = std::ranges::find(kNodes, type, &std::pair<int, int>::first);
-    require(known != kNodes.end(), "element " + std::to_string(element) + " is of type " + std::to_string(type));
-    for (int i = 0; i < known->second; ++i) {
+  ElementType element_type() {
+    const int number = whole();
+    const auto* const known = std::ranges::find(kTypes, number, &ElementType::number);
+    require(known != kTypes.end(), "elements of type " + std::to_string(number));
+    return *known;
+  }
+
+  void nodes_of(int element, const ElementType& type) {
+    for (int i = 0; i < type.nodes; ++i) {
       const int node = whole();
       if (!nodes_.contains(node)) {
         fail("element " + std::to_string(element) + " has node " + std::to_string(node) +
@@ -256,6 +274,7 @@ class Scan {
 
   std::string_view left_;
   bool blocks_ = false;
+  std::set<std::pair<int, int>> entities_;  ///< dimension, number
   std::unordered_set<int> nodes_;
   int largest_ = 0;
 };
