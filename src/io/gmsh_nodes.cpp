@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <set>
 #include <string_view>
 #include <unordered_set>
@@ -22,24 +23,24 @@ struct ElementType {
   int dimension;
   int nodes;
 };
-constexpr std::array<ElementType, 18> kTypes{{{1, 1, 2},
-                                              {2, 2, 3},
-                                              {3, 2, 4},
-                                              {4, 3, 4},
-                                              {5, 3, 8},
-                                              {6, 3, 6},
-                                              {7, 3, 5},
-                                              {8, 1, 3},
-                                              {9, 2, 6},
-                                              {10, 2, 9},
-                                              {11, 3, 10},
-                                              {12, 3, 27},
-                                              {15, 0, 1},
-                                              {16, 2, 8},
-                                              {17, 3, 20},
-                                              {26, 1, 4},
-                                              {27, 1, 5},
-                                              {28, 1, 6}}};
+constexpr std::array<ElementType, 18> kElementTypes{{{1, 1, 2},
+                                                     {2, 2, 3},
+                                                     {3, 2, 4},
+                                                     {4, 3, 4},
+                                                     {5, 3, 8},
+                                                     {6, 3, 6},
+                                                     {7, 3, 5},
+                                                     {8, 1, 3},
+                                                     {9, 2, 6},
+                                                     {10, 2, 9},
+                                                     {11, 3, 10},
+                                                     {12, 3, 27},
+                                                     {15, 0, 1},
+                                                     {16, 2, 8},
+                                                     {17, 3, 20},
+                                                     {26, 1, 4},
+                                                     {27, 1, 5},
+                                                     {28, 1, 6}}};
 
 /// Reads a file word by word, as PETSc does, which takes what it says for granted. Throws Complaint.
 class Scan {
@@ -193,7 +194,8 @@ class Scan {
   void node_blocks() {
     const std::size_t blocks = count();
     const std::size_t all = count();
-    wholes(2);  // least and largest number
+    const int least = whole();
+    const int largest = whole();
     std::size_t found = 0;
     for (std::size_t block = 0; block < blocks; ++block) {
       entity();
@@ -206,6 +208,8 @@ class Scan {
       found += here;
     }
     require(found == all, std::to_string(found) + " nodes where " + std::to_string(all) + " are announced");
+    require(nodes_.empty() || (least == least_ && largest == largest_),
+            "node numbers are not from " + std::to_string(least) + " to " + std::to_string(largest));
     judge_range();
   }
 
@@ -215,6 +219,7 @@ class Scan {
     if (!nodes_.insert(number).second) {
       fail("node " + std::to_string(number) + " is given twice");
     }
+    least_ = std::min(least_, number);
     largest_ = std::max(largest_, number);
   }
 
@@ -257,8 +262,8 @@ class Scan {
 
   ElementType element_type() {
     const int number = whole();
-    const auto* const known = std::ranges::find(kTypes, number, &ElementType::number);
-    require(known != kTypes.end(), "elements of type " + std::to_string(number));
+    const auto* const known = std::ranges::find(kElementTypes, number, &ElementType::number);
+    require(known != kElementTypes.end(), "elements of type " + std::to_string(number));
     return *known;
   }
 
@@ -276,6 +281,7 @@ class Scan {
   bool blocks_ = false;
   std::set<std::pair<int, int>> entities_;  ///< dimension, number
   std::unordered_set<int> nodes_;
+  int least_ = std::numeric_limits<int>::max();
   int largest_ = 0;
 };
 
