@@ -245,7 +245,7 @@ TEST(Strikers, ABallByHertzComesBackFromAStiffBeam) {
   const test::Option type{"-ts_type", "impact"};
   const test::Option tolerance{"-ts_rtol", "1e-12"};
   const test::Option end{"-ts_max_time", "0.02"};
-  BeamParameters beam = test::steel_beam(2);
+  BeamParameters beam = test::steel_beam(8);
   beam.segments[0].bending_stiffness *= 1e3;
   beam.left = test::kClamped;
   beam.right = test::kClamped;
