@@ -14,10 +14,9 @@ class StruckSolver final : public ColumnSolver {
       : structure_{&structure}, columns_{points, shift} {}
 
   void solve(std::span<const FilterColumn> columns) override {
-    of_structure_.assign(columns.begin(), columns.end());
+    of_structure_.resize(columns.size());
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      of_structure_[c].displacement = columns_.displacement(columns[c].displacement, c);
-      of_structure_[c].force = columns_.force(columns[c].force, c);
+      of_structure_[c] = columns_.of_structure(columns[c], c);
     }
     structure_->solve(of_structure_);
     for (const FilterColumn& column : columns) {
@@ -66,6 +65,12 @@ const double* StruckColumns::force(const double* values, std::size_t column) {
   return force_[column].data();
 }
 
+FilterColumn StruckColumns::of_structure(FilterColumn column, std::size_t index) {
+  column.displacement = displacement(column.displacement, index);
+  column.force = force(column.force, index);
+  return column;
+}
+
 void StruckColumns::complete(const double* force, double* stretch) const {
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
     const double mass = strike.share * points_->mass()[centre];
@@ -87,16 +92,12 @@ StruckOperator::StruckOperator(std::unique_ptr<FilterOperator> structure, const 
     : structure_{std::move(structure)}, points_{&points}, shift_{shift}, columns_{points, shift} {}
 
 void StruckOperator::right_hand_side(const FilterColumn& column, std::span<double> values) const {
-  FilterColumn own = column;
-  own.displacement = columns_.displacement(column.displacement);
-  own.force = columns_.force(column.force);
+  FilterColumn own = columns_.of_structure(column);
   structure_->right_hand_side(own, values);
 }
 
 void StruckOperator::extract(std::span<const double> unknowns, const FilterColumn& column) const {
-  FilterColumn own = column;
-  own.displacement = columns_.displacement(column.displacement);
-  own.force = columns_.force(column.force);
+  FilterColumn own = columns_.of_structure(column);
   structure_->extract(unknowns, own);
   if (column.stretch != nullptr) {
     columns_.complete(column.force, column.stretch);
@@ -104,9 +105,7 @@ void StruckOperator::extract(std::span<const double> unknowns, const FilterColum
 }
 
 void StruckOperator::unknowns_of(const FilterColumn& column, std::span<double> unknowns) const {
-  FilterColumn own = column;
-  own.displacement = columns_.displacement(column.displacement);
-  own.force = columns_.force(column.force);
+  FilterColumn own = columns_.of_structure(column);
   std::vector<double> stretch(column.stretch, column.stretch + points_->points());
   columns_.reduce(stretch.data());
   own.stretch = stretch.data();

@@ -21,6 +21,8 @@ class StruckColumns {
   [[nodiscard]] const double* displacement(const double* values, std::size_t column = 0);
   /// Forces on them, in the same way.
   [[nodiscard]] const double* force(const double* values, std::size_t column = 0);
+  /// A column with both of them. @param index of the column in its batch
+  [[nodiscard]] FilterColumn of_structure(FilterColumn column, std::size_t index = 0);
   /// @brief Completes a stretch of the structure's own points. @param[in] force on all points, null: none
   void complete(const double* force, double* stretch) const;
   /// The way back, in place.
