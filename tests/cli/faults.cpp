@@ -1,6 +1,7 @@
 // Preloaded into a program, makes what it stands on fail, as the environment says:
 // FAULT_FILE, FAULT_AFTER and FAULT_ERROR (an errno): as soon as there is a file of the second name in its folder, all
 // writes into one whose name begins with the first fail, and waiting for them;
+// FAULT_MEMORY_AFTER (a path): as soon as it is there, the last of all ranks gets no kilobyte of memory any more;
 // FAULT_CLOCK: the time of day jumps by a day, forward and back, whenever somebody asks for it.
 
 #include <dlfcn.h>
@@ -13,6 +14,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
+#include <new>
 #include <string>
 #include <system_error>
 
@@ -34,6 +36,19 @@ bool fails(int descriptor) {
   return true;
 }
 
+bool on_last_rank() {
+  const char* const rank = std::getenv("OMPI_COMM_WORLD_RANK");
+  const char* const size = std::getenv("OMPI_COMM_WORLD_SIZE");
+  return rank == nullptr || size == nullptr || std::atoi(rank) + 1 == std::atoi(size);
+}
+
+/// Whether there is no memory for that many bytes.
+bool is_short(size_t size) {
+  static const char* const after = on_last_rank() ? std::getenv("FAULT_MEMORY_AFTER") : nullptr;
+  constexpr size_t kRoom = 1024;
+  return after != nullptr && size >= kRoom && access(after, F_OK) == 0;
+}
+
 template <class Function>
 Function next(const char* name) {
   return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
@@ -48,6 +63,16 @@ long jump() {
 }
 
 }  // namespace
+
+void* operator new(size_t size) {
+  void* const memory = is_short(size) ? nullptr : std::malloc(size);
+  if (memory == nullptr) {
+    throw std::bad_alloc{};
+  }
+  return memory;
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, size_t /*size*/) noexcept { std::free(memory); }
 
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" {

@@ -116,6 +116,17 @@ class Faults(UdarTest):
         self.assertEqual((process.returncode, len(errors)), (1, 1), process.stderr)
         self.assertIn("memory ran out", errors[0])
 
+    def test_memory_short_in_a_run(self):
+        """On the last rank alone, from the second checkpoint on."""
+        faults = {"LD_PRELOAD": os.environ["UDAR_FAULTS"],
+                  "FAULT_MEMORY_AFTER": str(self.scratch / "run" / "restart.previous.h5")}
+        for ranks in LAUNCHES:
+            with self.subTest(ranks=ranks):
+                shutil.rmtree(self.scratch / "run", ignore_errors=True)
+                self.check("memory short in a run, on one rank",
+                           run(case(output_directory=self.scratch / "run", **OFTEN), ranks, environment=faults))
+                self.check_left()
+
     def test_rank_killed(self):
         endless = {**OFTEN, "ts_max_time": 1e4, "output_allow_large": True}
         options = case(output_directory=self.scratch / "run", **endless)
