@@ -28,6 +28,7 @@
 #include "udar/app/view.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/motion/kinks.hpp"
+#include "udar/petsc/diverted_text.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/session.hpp"
@@ -37,10 +38,7 @@
 namespace udar::app {
 namespace {
 
-Case asked_case(MPI_Comm comm, const std::optional<ContinuedRun>& continued) {
-  static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
-  UDAR_CALL(PetscMemorySetGetMaximumUsage());
-  const CaseInput asked = read_case(comm);
+Case settled_case(MPI_Comm comm, const CaseInput& asked, const std::optional<ContinuedRun>& continued) {
   refuse_large_memory(comm, asked);
   Case input = resolve(comm, asked);
   if (continued) {
@@ -160,8 +158,12 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   const CostMark begin = cost_mark();
   register_types();
   petsc::check_petsc_options();
+  static_cast<void>(petsc::take_warnings());  // an earlier run's in this process
+  UDAR_CALL(PetscMemorySetGetMaximumUsage());
   std::optional<ContinuedRun> continued = take_up_run(comm);
-  const Case input = asked_case(comm, continued);
+  const CaseInput asked = read_case(comm);
+  const petsc::DivertedText diverted{asked.output.output.page == PageForm::json};
+  const Case input = settled_case(comm, asked, continued);
   const bool help = petsc::Session::help_requested();
   std::vector<Mode> modes;
   Model model{comm, input, [&](FilteredStructure& line) {
@@ -213,7 +215,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (summary.modal_estimate) {
     write(comm, input, summary);
   }
-  print_end(comm, input, summary);
+  print_end(comm, input, *model.structure, summary);
   return {.exit_code = exit_code_of(comm, summary.completed, signal(), late()), .summary = summary};
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/monitor_table.hpp"
 #include "app/run_layout.hpp"
 #include "udar/app/progress_line.hpp"
 #include "udar/io/run_writers.hpp"
@@ -33,12 +34,19 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
   observers_ = io::make_run_writers(layout, input.output.directory, input.output.interval, input.output.field_interval,
                                     &forces_, &peaks_);
   files_.emplace(line.points().comm(), input.output.directory);
+  const auto add = [this]<class Kind>(std::unique_ptr<Kind> observer) {
+    return static_cast<const Kind*>(observers_.emplace_back(std::move(observer)).get());
+  };
+  body_motion_ = add(std::make_unique<BodyMotion>(input, line.structure(), dynamics));
+  support_contacts_ = add(std::make_unique<SupportContacts>(input, line.points()));
   if (std::ranges::any_of(input.supports, [](const Support& support) { return support.field != nullptr; })) {
-    auto errors = std::make_unique<FieldErrors>(line.points(), input);
-    field_errors_ = errors.get();
-    observers_.push_back(std::move(errors));
+    field_errors_ = add(std::make_unique<FieldErrors>(line.points(), input));
   }
-  observers_.push_back(std::make_unique<ProgressLine>(line.points().comm()));
+  if (input.output.monitor_interval > 0.0) {
+    add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval));
+  } else if (input.output.page != PageForm::json) {
+    add(std::make_unique<ProgressLine>(line.points().comm()));
+  }
   dynamics.add_observer(checkpoint_);
   for (const auto& observer : observers_) {
     checkpoint_.flush_before(*observer);

@@ -6,8 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "app/body_motion.hpp"
 #include "app/checkpoint_writer.hpp"
 #include "app/field_errors.hpp"
+#include "app/support_contacts.hpp"
 #include "udar/app/case.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
 #include "udar/io/peaks.hpp"
@@ -29,6 +31,8 @@ class RunOutput {
   void require_present() const { files_->require_present(); }
   [[nodiscard]] const io::SupportForces& forces() const noexcept { return forces_; }
   [[nodiscard]] const io::Peaks& peaks() const noexcept { return peaks_; }
+  [[nodiscard]] const BodyMotion& body_motion() const noexcept { return *body_motion_; }
+  [[nodiscard]] const SupportContacts& support_contacts() const noexcept { return *support_contacts_; }
   /// Null without height fields.
   [[nodiscard]] const FieldErrors* field_errors() const noexcept { return field_errors_; }
 
@@ -38,6 +42,8 @@ class RunOutput {
   io::Peaks peaks_;
   std::vector<std::unique_ptr<Observer>> observers_;
   std::optional<io::RunFiles> files_;
+  const BodyMotion* body_motion_ = nullptr;
+  const SupportContacts* support_contacts_ = nullptr;
   const FieldErrors* field_errors_ = nullptr;
 };
 

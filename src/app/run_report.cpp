@@ -1,13 +1,16 @@
 #include "app/run_report.hpp"
 
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "app/modal_estimate.hpp"
+#include "app/run_page.hpp"
 #include "udar/app/echo.hpp"
 #include "udar/app/places.hpp"
 #include "udar/io/versions.hpp"
@@ -35,14 +38,73 @@ void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
   }
 }
 
+io::SummaryCounts counts_of(const RunCounts& counts) {
+  return {.steps = counts.steps,
+          .rejected_steps = counts.rejected_steps,
+          .repeated_steps = counts.repeated_steps,
+          .rhs_evaluations = counts.rhs_evaluations,
+          .line_solves = counts.setup_line_solves + counts.line_solves,
+          .stepping_line_solves = counts.line_solves,
+          .row_line_solves = counts.row_line_solves,
+          .event_steps = counts.event_steps,
+          .impacts = counts.impacts,
+          .rests = counts.rests,
+          .releases = counts.releases};
+}
+
+/// @note Collective.
+io::SummaryContact contact_of(const Case& input, const ImpactDynamics& dynamics, const RunOutput& output) {
+  io::SummaryContact contact;
+  if (dynamics.counts().first_contact_time >= 0.0) {
+    contact.first_contact_time = dynamics.counts().first_contact_time;
+    contact.last_contact_time = dynamics.counts().last_contact_time;
+  }
+  if (input.supports.empty()) {
+    return contact;
+  }
+  const LineGap gap = dynamics.smallest_line_gap();
+  contact.min_line_gap = gap.gap;
+  contact.min_line_gap_x = gap.x;
+  contact.min_line_gap_time = gap.time;
+  contact.support_impulse = dynamics.support_impulses();
+  const io::SupportForces& forces = output.forces();
+  contact.force_window = forces.window();
+  contact.peak_force_window = forces.peak_window();
+  contact.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
+  for (const auto& [first, last] : output.support_contacts().times()) {
+    contact.support_first_contact.push_back(first);
+    contact.support_last_contact.push_back(last);
+  }
+  const Rebound rebound = output.body_motion().rebound();
+  contact.impact_velocity = rebound.impact;
+  contact.rebound_velocity = rebound.velocity;
+  return contact;
+}
+
+/// By their keys in summary.json; stress and utilisation also where they are not known. @note Collective.
+std::vector<std::pair<std::string, std::optional<io::Peak>>> peaks_of(const Structure& structure,
+                                                                      const RunOutput& output) {
+  std::vector<std::pair<std::string, std::optional<io::Peak>>> all;
+  const auto add = [&](const std::string& key, const std::string& name) {
+    const auto peak = output.peaks().find(name);
+    all.emplace_back(key, peak != output.peaks().end() ? std::optional{peak->second} : std::nullopt);
+  };
+  add("max_bending_stress", "stress");
+  add("max_utilisation", "utilisation");
+  for (const auto& [name, peak] : output.peaks()) {
+    if (name != "stress" && name != "utilisation") {
+      all.emplace_back("max_" + name, peak);
+    }
+  }
+  all.emplace_back(structure.grounded() ? "max_displacement" : "max_deflection", output.body_motion().deflection());
+  return all;
+}
+
 }  // namespace
 
 io::Summary gather_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
                            const RunOutput& output) {
-  const io::SupportForces& forces = output.forces();
-  const io::Peaks& peaks = output.peaks();
   const MassPoints& points = line.points();
-  const RunCounts& counts = dynamics.counts();
   int size = 1;
   MPI_Comm_size(points.comm(), &size);
   io::Summary summary;
@@ -59,39 +121,13 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
   summary.integrator = type;
   summary.integrator_counts = dynamics.tally();
   summary.costs.streamed_bytes = dynamics.streamed_bytes();  // of this rank
-  summary.counts.steps = counts.steps;
-  summary.counts.rejected_steps = counts.rejected_steps;
-  summary.counts.repeated_steps = counts.repeated_steps;
-  summary.counts.rhs_evaluations = counts.rhs_evaluations;
-  summary.counts.row_line_solves = counts.row_line_solves;
-  summary.counts.line_solves = counts.setup_line_solves + counts.line_solves;
-  summary.counts.stepping_line_solves = counts.line_solves;
-  summary.counts.event_steps = counts.event_steps;
-  summary.counts.impacts = counts.impacts;
-  summary.counts.rests = counts.rests;
-  summary.counts.releases = counts.releases;
-  if (counts.first_contact_time >= 0.0) {
-    summary.contact.first_contact_time = counts.first_contact_time;
-    summary.contact.last_contact_time = counts.last_contact_time;
-  }
-  if (!input.supports.empty()) {
-    const LineGap gap = dynamics.smallest_line_gap();
-    summary.contact.min_line_gap = gap.gap;
-    summary.contact.min_line_gap_x = gap.x;
-    summary.contact.min_line_gap_time = gap.time;
-    summary.contact.support_impulse = dynamics.support_impulses();
-    summary.contact.force_window = forces.window();
-    summary.contact.peak_force_window = forces.peak_window();
-    summary.contact.peak_support_force.assign(forces.peaks().begin(), forces.peaks().end());
-  }
-  for (const auto& [key, name] : {std::pair{"max_bending_stress", "stress"}, {"max_utilisation", "utilisation"}}) {
-    const auto peak = peaks.find(name);
-    summary.peaks.emplace_back(key, peak != peaks.end() ? std::optional{peak->second} : std::nullopt);
-  }
+  summary.counts = counts_of(dynamics.counts());
+  summary.contact = contact_of(input, dynamics, output);
+  summary.peaks = peaks_of(line.structure(), output);
   if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
     summary.peaks.emplace_back("height_field_error", errors->worst(field_tolerance(input, dynamics)).peak);
   }
-  summary.energy_drift = dynamics.energy().drift();
+  summary.energy = dynamics.energy();
   for (const Place& gauge : input.gauges) {
     summary.gauge_position.push_back(gauge.x);
     summary.gauge_node_position.push_back(place_of(points, points.nearest(gauge)).x);
@@ -141,15 +177,23 @@ std::string how_to_go_on(const Case& input, double time, bool kept) {
   return text.str();
 }
 
-void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary) {
+void print_end(MPI_Comm comm, const Case& input, const Structure& structure, const io::Summary& summary) {
+  if (input.output.page == PageForm::text) {
+    UDAR_CALL(PetscPrintf(comm, "%s", run_page(input, structure, summary).c_str()));
+  }
   UDAR_CALL(PetscPrintf(
       comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
       summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.counts.steps),
       static_cast<long long>(summary.counts.impacts), static_cast<long long>(summary.counts.line_solves),
-      summary.energy_drift, input.output.directory.c_str()));
+      summary.energy.drift(), input.output.directory.c_str()));
   print_estimate(comm, summary);
   if (!summary.completed) {
     UDAR_CALL(PetscPrintf(comm, "udar: %s\n", continue_with(input).c_str()));
+  }
+  if (int rank = 0; input.output.page == PageForm::json) {
+    MPI_Comm_rank(comm, &rank);
+    std::fputs(rank == 0 ? io::as_json(summary).c_str() : "", stdout);
+    std::fflush(stdout);
   }
 }
 

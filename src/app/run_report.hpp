@@ -38,7 +38,8 @@ void write(MPI_Comm comm, const Case& input, const io::Summary& summary);
 /// there is one
 [[nodiscard]] std::string how_to_go_on(const Case& input, double time, bool kept);
 
-/// @brief The last lines on the terminal: how far the run came, and how it can be continued. @note Collective.
-void print_end(MPI_Comm comm, const Case& input, const io::Summary& summary);
+/// @brief The last lines on the terminal, as `input.output.page` has them: what the run came to, how far it came, and
+/// how it can be continued. @note Collective.
+void print_end(MPI_Comm comm, const Case& input, const Structure& structure, const io::Summary& summary);
 
 }  // namespace udar::app

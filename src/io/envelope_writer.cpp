@@ -37,6 +37,15 @@ struct Extremes {
     return std::string{field.name} + (side == 0 ? "_min" : "_max");
   }
 
+  /// Of each place the larger of both.
+  [[nodiscard]] std::vector<double> sizes() const {
+    std::vector<double> all(value[0].size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      all[i] = std::abs(value[larger(i)][i]);
+    }
+    return all;
+  }
+
   void widen(double now, std::span<const double> values) {
     for (std::size_t i = 0; i < value[0].size(); ++i) {
       if (values[i] < value[0][i]) {
@@ -63,6 +72,8 @@ class EnvelopeWriter final : public Observer {
                  double interval, Peaks* peaks)
       : comm_{layout.comm()},
         rows_{layout.rows},
+        points_of_{layout.points},
+        member_{layout.topology.member},
         points_{layout.points->points()},
         number_(layout.points->own_points()),
         x_(layout.points->own_points()),
@@ -130,11 +141,10 @@ class EnvelopeWriter final : public Observer {
       columns.push_back({.name = peak.name + "_max",
                          .field = {.name = peak.name, .unit = peak.unit, .body = of.field.body},
                          .values = scaled.back()});
-      if (peaks_ != nullptr) {
-        if (const std::optional<Peak> most = largest(scaled.back(), of)) {
-          (*peaks_)[peak.name] = *most;
-        }
-      }
+      note(peak.name, scaled.back(), of);
+    }
+    for (const Extremes& extremes : extremes_) {
+      note(std::string{extremes.field.name}, extremes.sizes(), extremes);
     }
     results_->add_envelope(columns);
     if (rows_->nodes().range().total <= kTextNodesMax &&
@@ -163,9 +173,10 @@ class EnvelopeWriter final : public Observer {
   }
 
   [[nodiscard]] std::vector<double> scaled_sizes(const ScaledPeak& peak, const Extremes& of) const {
+    const std::vector<double> size = of.sizes();
     std::vector<double> values(x_.size());
     for (std::size_t i = 0; i < values.size(); ++i) {
-      values[i] = peak.factor[i] * std::abs(of.value[of.larger(i)][i]);
+      values[i] = peak.factor[i] * size[i];
     }
     return values;
   }
@@ -199,27 +210,37 @@ class EnvelopeWriter final : public Observer {
     file.sync();
   }
 
-  /// The largest of all ranks' values that are known. @note Collective.
-  [[nodiscard]] std::optional<Peak> largest(std::span<const double> values, const Extremes& of) const {
-    struct {
-      double value = -1.0;
-      int rank = 0;
-    } most;
-    MPI_Comm_rank(comm_, &most.rank);
-    Peak peak;
+  /// Keeps the largest of all ranks' values, if any is known. @note Collective.
+  void note(const std::string& name, std::span<const double> values, const Extremes& of) {
+    if (peaks_ == nullptr) {
+      return;
+    }
+    Peak peak{.value = -1.0};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (values[i] > most.value) {  // false where it is not known
-        most.value = values[i];
-        peak = {.value = values[i], .x = x_[i], .time = of.time[of.larger(i)][i]};
+      if (values[i] > peak.value && std::isfinite(values[i])) {  // false where it is not known
+        peak = place_of(of, i);
+        peak.value = values[i];
+        peak.time = of.time[of.larger(i)][i];
       }
     }
-    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_);
-    MPI_Bcast(&peak, 3, MPI_DOUBLE, most.rank, comm_);
-    return most.value >= 0.0 ? std::optional{peak} : std::nullopt;
+    if (peak = largest_of_all(comm_, peak); peak.value >= 0.0) {
+      (*peaks_)[name] = peak;
+    }
+  }
+
+  /// Of a point, or of the cell that follows it in a chain, or the member that a cell is a piece of.
+  [[nodiscard]] Peak place_of(const Extremes& of, std::size_t i) const {
+    if (of.field.where == Where::cells && !member_.empty()) {
+      return {.member = member_[i]};
+    }
+    const auto [x, y, z] = i < x_.size() ? points_of_->place(i) : Place{};
+    return {.x = x, .y = y, .z = z};
   }
 
   MPI_Comm comm_;
   std::shared_ptr<const FileRows> rows_;
+  const MassPoints* points_of_;
+  std::vector<std::int64_t> member_;  ///< of each cell of this rank; empty: no members
   std::size_t points_;                ///< of this rank
   std::vector<std::int64_t> number_;  ///< of this rank's nodes' points in the user's model
   std::vector<double> x_;             ///< of the same [m]

@@ -14,12 +14,43 @@ nlohmann::ordered_json number_or_null(const std::optional<double>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
-/// NAME, NAME_x and NAME_time; null where there is none.
+nlohmann::ordered_json numbers_or_null(const std::vector<std::optional<double>>& values) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const auto& value : values) {
+    all.push_back(number_or_null(value));
+  }
+  return all;
+}
+
+/// NAME, NAME_x or in space NAME_place, and NAME_time; null where there is none.
 void add_peak(nlohmann::ordered_json& json, const std::string& name, const std::optional<Peak>& peak) {
   json[name] = peak ? nlohmann::ordered_json(peak->value) : nullptr;
-  json[name + "_x"] = peak ? nlohmann::ordered_json(peak->x) : nullptr;
+  if (peak && peak->member >= 0) {
+    json[name + "_member"] = peak->member;
+  } else if (peak && (peak->y != 0.0 || peak->z != 0.0)) {
+    json[name + "_place"] = {peak->x, peak->y, peak->z};
+  } else {
+    json[name + "_x"] = peak ? nlohmann::ordered_json(peak->x) : nullptr;
+  }
   json[name + "_time"] = peak ? nlohmann::ordered_json(peak->time) : nullptr;
 }
+
+nlohmann::ordered_json energies(const EnergyLedger& ledger) {
+  return {{"initial", ledger.initial},
+          {"kinetic", ledger.kinetic},
+          {"line_strain", ledger.line_strain},
+          {"fictitious_springs", ledger.fictitious_springs},
+          {"load_potential", ledger.load_potential},
+          {"support_springs", ledger.support_springs},
+          {"load_work", ledger.load_work},
+          {"support_work", ledger.support_work},
+          {"base_work", ledger.base_work},
+          {"lost_in_impacts", ledger.lost_in_impacts},
+          {"lost_in_dampers", ledger.lost_in_dampers},
+          {"radiated", ledger.radiated}};
+}
+
+}  // namespace
 
 std::string as_json(const Summary& summary) {
   nlohmann::ordered_json json;
@@ -51,10 +82,15 @@ std::string as_json(const Summary& summary) {
   json["force_window"] = number_or_null(summary.contact.force_window);
   json["peak_force_window"] = number_or_null(summary.contact.peak_force_window);
   json["peak_support_force"] = summary.contact.peak_support_force;
+  json["support_first_contact"] = numbers_or_null(summary.contact.support_first_contact);
+  json["support_last_contact"] = numbers_or_null(summary.contact.support_last_contact);
+  json["impact_velocity"] = number_or_null(summary.contact.impact_velocity);
+  json["rebound_velocity"] = number_or_null(summary.contact.rebound_velocity);
   for (const auto& [name, peak] : summary.peaks) {
     add_peak(json, name, peak);
   }
-  json["energy_drift"] = summary.energy_drift;
+  json["energy"] = energies(summary.energy);
+  json["energy_drift"] = summary.energy.drift();
   json["warnings"] = summary.warnings;
   json["gauge_position"] = summary.gauge_position;
   json["gauge_node_position"] = summary.gauge_node_position;
@@ -80,8 +116,6 @@ std::string as_json(const Summary& summary) {
   json["versions"] = summary.versions;
   return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
-
-}  // namespace
 
 void write_summary(MPI_Comm comm, const std::string& path, const Summary& summary) {
   int rank = 0;

@@ -78,37 +78,12 @@ void Sampler::snapshot(const Snapshot& state) {
   samples_.push_back(std::move(sample));
 }
 
-Rebound rebound(std::span<const Sample> samples, double first_contact, double gravity) {
-  // A beam that turns down again before it has a tenth of its impact speed is still in the same contact.
-  constexpr double kTurned = 0.1;
-  // In flight the speed is the same to the error of the integration, which is below this.
-  constexpr double kSame = 1e-6;
-  const auto after =
-      std::ranges::find_if(samples, [first_contact](const Sample& row) { return row.time > first_contact; });
-  if (after == samples.begin()) {
-    return {};
+app::Rebound rebound(std::span<const Sample> samples, double first_contact, double gravity) {
+  app::ReboundSearch search{gravity};
+  for (const Sample& row : samples) {
+    search.add({.time = row.time, .height = row.height, .velocity = row.velocity}, first_contact);
   }
-  const Sample& before = *(after - 1);
-  const double fall = first_contact - before.time;
-  const double height = before.height + before.velocity * fall - 0.5 * gravity * fall * fall;
-  const double impact = before.velocity - gravity * fall;
-  const double away = impact > 0.0 ? -1.0 : 1.0;
-  const auto speed = [&](const Sample& row) {
-    const double squared = row.velocity * row.velocity + 2.0 * gravity * (row.height - height);
-    return away * row.velocity > 0.0 && squared > 0.0 ? std::sqrt(squared) : 0.0;
-  };
-  double best = 0.0;
-  bool turned = false;
-  auto end = after;
-  for (; end != samples.end() && !(turned && away * end->velocity <= 0.0); ++end) {
-    turned = turned || away * end->velocity > kTurned * std::abs(impact);
-    best = std::max(best, speed(*end));
-  }
-  if (best == 0.0) {
-    return {};
-  }
-  const auto reached = std::find_if(after, end, [&](const Sample& row) { return speed(row) >= (1.0 - kSame) * best; });
-  return {.velocity = away * best, .contact_time = reached->time - first_contact};
+  return search.found();
 }
 
 std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summary, const Sampler& sampler) {
@@ -121,9 +96,9 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
   for (const double one : summary.contact.support_impulse) {
     impulse += one;
   }
-  const Rebound back = summary.contact.first_contact_time
-                           ? rebound(samples, *summary.contact.first_contact_time, input.gravity)
-                           : Rebound{};
+  const app::Rebound back = summary.contact.first_contact_time
+                                ? rebound(samples, *summary.contact.first_contact_time, input.gravity)
+                                : app::Rebound{};
   add("impulse", "N s", impulse);
   add("rebound_velocity", "m/s", back.velocity);
   add("contact_time", "s", back.contact_time, false);  // known to a row of the output
@@ -161,7 +136,7 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
   const PetscInt before = set_up != summary.integrator_counts.end() ? set_up->second : 0;  // modes need them, not steps
   const PetscInt stepping = summary.counts.stepping_line_solves - summary.counts.row_line_solves;
   add("line_solves", "-", static_cast<double>(before + stepping), false);
-  add("energy_drift", "-", summary.energy_drift, false);
+  add("energy_drift", "-", summary.energy.drift(), false);
   add("wall_seconds", "s", summary.costs.wall_seconds.at("stepping"), false);
   return all;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "udar/app/case.hpp"
+#include "udar/app/rebound.hpp"
 #include "udar/app/run.hpp"
 
 namespace udar::study {
@@ -50,16 +51,9 @@ class Sampler final : public Observer {
   std::vector<Sample> samples_;
 };
 
-/// @brief How the beam leaves its first contact.
-struct Rebound {
-  std::optional<double> velocity;      ///< [m/s]; empty if it does not
-  std::optional<double> contact_time;  ///< from the first contact to the row at which that velocity is reached [s]
-};
-
-/// @brief The speed with which the centre of mass passes the height of its first contact on the way back: v^2 + 2 g y
-/// does not change in flight, so that neither the end of the contact nor the rows must be met exactly.
+/// @brief How the beam leaves its first contact, as `app::ReboundSearch` finds it in the rows.
 /// @param[in] first_contact [s] @param[in] gravity downward [m/s^2]
-Rebound rebound(std::span<const Sample> samples, double first_contact, double gravity);
+app::Rebound rebound(std::span<const Sample> samples, double first_contact, double gravity);
 
 /// @brief The largest value of a smooth curve known at its rows, by the parabola through the largest three.
 template <class Value>

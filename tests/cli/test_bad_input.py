@@ -599,6 +599,8 @@ REFUSED = {
         ["-filter_sub_pc_type", "luu", "nearest is lu,"],
     ),
     "unknown_solver": ({"filter_ksp_type": "gmress"}, ["-filter_ksp_type", "gmress", "nearest is gmres,"]),
+    "unknown_summary": ({"udar_summary": "yaml"}, ["-udar_summary", "yaml", "text", "json", "none"]),
+    "negative_monitor": ({"output_monitor": -1}, ["-output_monitor", "-1", ">= 0", "[s]"]),
     "unknown_guard": ({"udar_guard": "halt"}, ["-udar_guard", "halt", "warn", "stop"]),
     "unknown_optimiser": ({"contact_tao_type": "blmvn"}, ["-contact_tao_type", "nearest is blmvm,"]),
     "unknown_matrix": ({"filter_mat_type": "aji"}, ["-filter_mat_type", "aji", "nearest is aij,"]),

@@ -49,7 +49,7 @@ HELP_OPTIONS = """
     initial_shape filter_frequency support_position support_width support_height support_side contact_restitution
     contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
     output_field_interval output_force_window output_overwrite restart_file restart_interval restart_wall_minutes
-    wall_limit continue udar_view udar_guard
+    wall_limit continue udar_view udar_guard udar_summary output_monitor
     ts_max_time ts_rtol ts_type
     ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
@@ -1040,6 +1040,7 @@ def changes_at_a_restart(folder):
         {"beam_outer_fibre": 0.2, "beam_yield_stress": 1e8}, {"filter_check_interval": 7},
         {"filter_residual_tolerance": 1e-7}, {"filter_pc_chain_lanes": 1}, {"contact_tolerance": 1e-9},
         {"gauge_position": 3}, {"output_interval": 0.02}, {"output_field_interval": 0.03}, {"output_force_window": 0.5},
+        {"output_monitor": 0.1}, {"udar_summary": "none"},
         {"output_allow_large": True}, {"output_overwrite": True}, {"restart_interval": 0.5}, {"udar_view": True},
         {"restart_wall_minutes": 1}, {"wall_limit": 100}, {"udar_guard": "stop"},
         {"structure_memory": 1e12},

@@ -175,7 +175,7 @@ TEST(Rebound, IsTheSpeedAtTheHeightOfTheFirstContact) {
     const double contact = 0.4;
     const double duration = 0.02;
     const std::vector<Sample> samples = bounce(0.7, row, contact, duration);
-    const Rebound found = rebound(samples, contact, 10.0);
+    const app::Rebound found = rebound(samples, contact, 10.0);
     // At the end of the contact the beam is below by the mean speed of the contact times its duration.
     const double below = 0.5 * (1.0 - 0.7) * 4.0 * duration;
     EXPECT_NEAR(found.velocity.value_or(0.0), std::sqrt(2.8 * 2.8 - 2.0 * 10.0 * below), 1e-12) << row;

@@ -2,6 +2,7 @@
 /// @file
 /// A case in two steps: what the user asked for, and what is run; plain, checked values, const once they are there.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@
 
 namespace udar::app {
 
+/// @brief What a run says of itself on the terminal when it is over.
+enum class PageForm : std::uint8_t { text, json, none };
+
 /// @brief Where and how often a run writes.
 struct OutputParameters {
   std::string directory = "udar-output";
@@ -26,7 +30,9 @@ struct OutputParameters {
   double field_interval = 1e-2;  ///< of fields [s]; 0: none
   double force_window = 0.0;     ///< forces of supports are means over at least this [s]; 0, asked for: pi / wf
   bool overwrite = false;
-  bool allow_large = false;  ///< more than 10^6 rows or 10 GB
+  bool allow_large = false;       ///< more than 10^6 rows or 10 GB
+  double monitor_interval = 0.0;  ///< of rows on the terminal [s]; 0: none
+  PageForm page = PageForm::text;
 };
 
 /// @brief How a run continues another and may be continued.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "udar/io/peaks.hpp"
+#include "udar/motion/observer.hpp"
 
 namespace udar::io {
 
@@ -49,6 +50,13 @@ struct SummaryContact {
   std::optional<double> force_window;        ///< what forces of supports are averaged over [s]; empty without any
   std::optional<double> peak_force_window;   ///< what the next are averaged over, no longer than that [s]
   std::vector<double> peak_support_force;    ///< the mean force of largest size in the motion, y up [N]
+  /// @name Of each support, when it was touched [s]; empty: never
+  /// @{
+  std::vector<std::optional<double>> support_first_contact;
+  std::vector<std::optional<double>> support_last_contact;
+  /// @}
+  std::optional<double> impact_velocity;   ///< of the centre of mass at the first contact [m/s], y up
+  std::optional<double> rebound_velocity;  ///< at the height of that, on its way back [m/s]
 };
 
 /// @brief What the run took.
@@ -88,12 +96,15 @@ struct Summary {
   /// Largest values by their keys, "max_bending_stress"; none where it is not known.
   std::vector<std::pair<std::string, std::optional<Peak>>> peaks;
   std::optional<ModalEstimate> modal_estimate;  ///< empty: there was no other run
-  double energy_drift = 0.0;                    ///< at the end, relative
+  EnergyLedger energy{};                        ///< at the end [J]
   std::vector<std::string> warnings;            ///< what `petsc::warn` told the user, in order
   std::vector<double> gauge_position;           ///< asked for [m]
   std::vector<double> gauge_node_position;      ///< of the node it became [m]
   std::map<std::string, std::string> versions;  ///< as of `library_versions`
 };
+
+/// @brief As summary.json has it.
+[[nodiscard]] std::string as_json(const Summary& summary);
 
 /// @brief Writes `summary` as JSON. The file appears whole or not at all.
 /// @param[in] summary used on rank 0

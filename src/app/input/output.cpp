@@ -14,6 +14,9 @@ namespace {
 
 constexpr std::array kGuardModes{Names<GuardMode>{"warn", GuardMode::warn}, Names<GuardMode>{"stop", GuardMode::stop}};
 
+constexpr std::array kPageForms{Names<PageForm>{"text", PageForm::text}, Names<PageForm>{"json", PageForm::json},
+                                Names<PageForm>{"none", PageForm::none}};
+
 }  // namespace
 
 OutputInput read_output(MPI_Comm comm) {
@@ -35,6 +38,9 @@ OutputInput read_output(MPI_Comm comm) {
              "simulated time between fields in results.h5; 0: none");
   group.boolean("-output_allow_large", input.output.allow_large,
                 "write more than 1e6 rows or 10 GB, which is refused else: as a rule an interval is in the wrong unit");
+  group.real("-output_monitor", input.output.monitor_interval, "s", petsc::non_negative(),
+             "simulated time between rows of a table on the terminal: energies, impulse of all supports, drift; 0: "
+             "none");
   group.real("-output_force_window", input.output.force_window, "s", petsc::non_negative(),
              "forces of supports in contact.csv are means over this time, rounded up to rows; with impacts at least pi "
              "/ wf; 0: "
@@ -59,6 +65,9 @@ OutputInput read_output(MPI_Comm comm) {
       "-udar_guard", input.guard, kGuardModes,
       "what becomes of a run whose energy balance is off, whose masses are below a support, or whose "
       "impacts give energy: a warning, once, or its end");
+  group.choice<PageForm>("-udar_summary", input.output.page, kPageForms,
+                         "the end of a run on the terminal: a page of supports, largest values and energies, the "
+                         "content of summary.json and nothing else, or one line");
   group.boolean("-udar_view", input.view, "print case, sizes, frequencies and supports before the run");
   return input;
 }
