@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <ranges>
@@ -235,21 +236,71 @@ void complete(PlannedRun& run, const Series& series, const std::string& folder) 
   run.cost = expected_cost();
 }
 
+/// The axes of a design study. @throws InputError if something else has several values
+std::vector<Axis> design_axes(const Request& request) {
+  if (const std::vector<Axis> others = find_axes(request); !others.empty()) {
+    throw InputError{"option -study_vary: with it -" + others.front().key +
+                     " must have one value, not several; or name it there"};
+  }
+  std::vector<Axis> axes;
+  for (const Variable& variable : request.variables) {
+    if (!request.samples_taken() && !variable.listed()) {
+      throw InputError{"option -study_vary: " + variable.key +
+                       " has a range, which needs -study_design latin or random and -study_samples"};
+    }
+    const Sampling sampling = request.design == Design::latin ? Sampling::latin : Sampling::random;
+    axes.push_back({.key = variable.key,
+                    .values = request.samples_taken()
+                                  ? sampled(variable, sampling, static_cast<std::size_t>(request.samples),
+                                            static_cast<std::uint64_t>(request.seed), axes.size())
+                                  : variable.values,
+                    .sizes = {}});
+  }
+  return axes;
+}
+
+/// Refuses what does not go together. @throws InputError
+void require_design(const Request& request) {
+  if (request.variables.empty() && request.samples_taken()) {
+    throw InputError{"option -study_design: latin and random need -study_vary"};
+  }
+  if (!request.variables.empty() && request.design == Design::lines) {
+    throw InputError{"option -study_design: lines is of convergence studies, -study_vary takes grid, latin or random"};
+  }
+  if (request.samples_taken() != (request.samples > 0)) {
+    throw InputError{"option -study_samples: " + std::to_string(request.samples) +
+                     " is not allowed, expected >= 1 with -study_design latin or random, and none else"};
+  }
+}
+
+/// Which of the values of its axes each run of a series has.
+std::vector<std::vector<std::size_t>> places(const Request& request, const std::vector<Axis>& axes) {
+  std::vector<std::vector<std::size_t>> all;
+  for (std::size_t i = 0; request.samples_taken() && i < static_cast<std::size_t>(request.samples); ++i) {
+    all.emplace_back(axes.size(), i);
+  }
+  std::vector<std::size_t> at(axes.size());
+  for (bool more = !request.samples_taken(); more; more = go_on(axes, at)) {
+    if (is_wanted(request.design, axes, at)) {
+      all.push_back(at);
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 std::vector<PlannedRun> plan(std::vector<Series>& all, const Request& request, const std::string& folder) {
+  require_design(request);
   std::vector<PlannedRun> runs;
   for (std::size_t number = 0; number < all.size(); ++number) {
     Series& series = all[number];
     const ScopedOptions in_force{series.options};
-    series.axes = find_axes(request);
-    std::vector<std::size_t> at(series.axes.size());
-    do {
-      if (is_wanted(request.design, series.axes, at)) {
-        runs.push_back({.number = runs.size(), .series = number, .at = at, .options = series.options});
-        complete(runs.back(), series, folder);
-      }
-    } while (go_on(series.axes, at));
+    series.axes = request.variables.empty() ? find_axes(request) : design_axes(request);
+    for (const std::vector<std::size_t>& at : places(request, series.axes)) {
+      runs.push_back({.number = runs.size(), .series = number, .at = at, .options = series.options});
+      complete(runs.back(), series, folder);
+    }
   }
   for (const std::string& key : request.axes) {
     const bool found = std::ranges::any_of(all, [&key](const Series& series) {
@@ -273,7 +324,7 @@ std::vector<std::vector<std::size_t>> deal(std::span<const PlannedRun> runs, std
   std::vector<double> load(groups);
   for (const std::size_t i : order) {
     const auto least = static_cast<std::size_t>(std::ranges::min_element(load) - load.begin());
-    dealt[least].push_back(i);
+    dealt[least].push_back(runs[i].number);
     load[least] += runs[i].cost;
   }
   return dealt;

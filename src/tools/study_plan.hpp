@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/study_design.hpp"
 #include "udar/petsc/options.hpp"
 #include "udar/petsc/scoped_options.hpp"
 
@@ -27,11 +28,11 @@ std::vector<std::string> split(std::string_view text, char separator);
 
 std::string with_dash(const std::string& key);
 
-/// @brief One key with several values: coarse to fine.
+/// @brief One key with several values: coarse to fine, or those of a design, of samples one for each run.
 struct Axis {
   std::string key;                  ///< without dash
   std::vector<std::string> values;  ///< as given
-  std::vector<double> sizes;        ///< of the discretisation, descending: the value, or one over it
+  std::vector<double> sizes;        ///< of the discretisation, descending: the value, or one over it; else none
 };
 
 /// @brief Some options that belong together, under a name; the study runs them over their axes.
@@ -52,14 +53,21 @@ struct PlannedRun {
 
 /// @brief Which combinations of the values are run.
 enum class Design {
-  grid,   ///< all
-  lines,  ///< those the analysis needs: each axis with the others at their finest
+  grid,    ///< all
+  lines,   ///< those the analysis needs: each axis with the others at their finest
+  latin,   ///< of a design study: samples, each stratum of each variable once
+  random,  ///< of a design study: samples by chance
 };
 
 /// @brief What all series share.
 struct Request {
   std::vector<std::string> axes;  ///< keys besides `kAxisKeys` that are axes
   Design design = Design::grid;
+  std::vector<Variable> variables;  ///< of a design study, which has no other axes; empty: a convergence study
+  PetscInt samples = 0;             ///< of a design that takes them
+  PetscInt seed = 1;                ///< of these
+
+  [[nodiscard]] bool samples_taken() const { return design == Design::latin || design == Design::random; }
 };
 
 inline constexpr const char* kRefine = "study_refine";

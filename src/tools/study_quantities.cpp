@@ -86,6 +86,26 @@ app::Rebound rebound(std::span<const Sample> samples, double first_contact, doub
   return search.found();
 }
 
+namespace {
+
+/// Of all supports [N].
+std::optional<double> largest_force(const io::Summary& summary) {
+  std::optional<double> most;
+  for (const double force : summary.contact.peak_support_force) {
+    most = std::max(most.value_or(0.0), std::abs(force));
+  }
+  return most;
+}
+
+/// Under which key the largest deflection stands.
+const char* summary_sag(const io::Summary& summary) {
+  const bool held =
+      std::ranges::any_of(summary.peaks, [](const auto& peak) { return peak.first == "max_displacement"; });
+  return held ? "max_displacement" : "max_deflection";
+}
+
+}  // namespace
+
 std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summary, const Sampler& sampler) {
   const std::span<const Sample> samples{sampler.samples()};
   std::vector<Quantity> all;
@@ -129,6 +149,16 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
     add(gauge + "_lowest", "m", -largest(samples, [g](const Sample& row) { return -row.position[g]; }));
     add(gauge + "_down", "m", down[g]);
     add(gauge + "_up", "m", up[g]);
+  }
+  add("peak_force", "N", largest_force(summary), false);  // what follows is known to a row
+  for (const auto& [name, unit, key] : {std::array{"max_moment", "N m", "max_moment"},
+                                        {"max_shear", "N", "max_shear"},
+                                        {"max_stress", "Pa", "max_bending_stress"},
+                                        {"utilisation", "-", "max_utilisation"},
+                                        {"sag", "m", summary_sag(summary)}}) {
+    const auto peak = std::ranges::find(summary.peaks, key, &decltype(summary.peaks)::value_type::first);
+    add(name, unit, peak != summary.peaks.end() && peak->second ? std::optional{peak->second->value} : std::nullopt,
+        false);
   }
   add("impacts", "-", static_cast<double>(summary.counts.impacts), false);
   add("steps", "-", static_cast<double>(summary.counts.steps), false);

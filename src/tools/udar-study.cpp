@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "tools/design_report.hpp"
+#include "tools/finished_runs.hpp"
 #include "tools/study_plan.hpp"
 #include "tools/study_quantities.hpp"
 #include "tools/study_report.hpp"
@@ -40,6 +43,7 @@ constexpr const char* kHelp =
     "\n"
     "usage:  udar-study case.yaml -filter_frequency 50,100,200,400 -beam_elements 20,40,80 [-key value ...]\n"
     "        mpirun -n 4 udar-study case.yaml -study_design lines -filter_frequency 100,200,400 -ts_rtol 1e-6,1e-8\n"
+    "        udar-study case.yaml -study_vary 'initial_height: 0.1..2' -study_design latin -study_samples 50\n"
     "\n"
     "Runs udar once for every combination of the listed values, several runs side by side, each in a folder of its\n"
     "own, and tells for each quantity the order of convergence observed, the limit where there is one, and the error\n"
@@ -47,10 +51,11 @@ constexpr const char* kHelp =
     "wherever they have several values; all other options are those of udar (udar -help). Exit codes: 0 all runs\n"
     "reached their end; 1 a run failed; 3 a run was ended by -ts_max_steps; 128 and its number: stopped by a signal.\n";
 
-constexpr std::array kDesigns{std::pair<const char*, Design>{"grid", Design::grid},
-                              std::pair<const char*, Design>{"lines", Design::lines}};
-constexpr std::array kStudyKeys{"-study_axes",   "-study_series", "-study_reference",
-                                "-study_design", "-study_ranks",  "-study_refine"};
+constexpr std::array kDesigns{
+    std::pair<const char*, Design>{"grid", Design::grid}, std::pair<const char*, Design>{"lines", Design::lines},
+    std::pair<const char*, Design>{"latin", Design::latin}, std::pair<const char*, Design>{"random", Design::random}};
+constexpr std::array kStudyKeys{"-study_axes",   "-study_series", "-study_reference", "-study_design", "-study_ranks",
+                                "-study_refine", "-study_vary",   "-study_samples",   "-study_seed",   "-study_resume"};
 
 /// What the user asks of the study itself.
 struct StudyParameters {
@@ -60,6 +65,7 @@ struct StudyParameters {
   PetscInt ranks = 1;  // of a run
   std::string directory = "udar-study";
   bool overwrite = false;
+  bool resume = false;  // runs that an earlier call has finished are not made again
 };
 
 StudyParameters read_parameters(MPI_Comm comm) {
@@ -75,13 +81,24 @@ StudyParameters read_parameters(MPI_Comm comm) {
   group.string("-study_reference", asked.reference,
                "series whose limits count as true in the table of work and error, or own: each series its own "
                "(default: the first series)");
+  std::string vary;
+  group.string(
+      "-study_vary", vary,
+      "'key: 1, 2; key: 0.1..2; key: 1e6..1e9 log': keys of a design study and their values; in a list, numbers "
+      "that belong together stand apart by spaces. No limits are looked for, but peaks, their spread and what "
+      "they follow");
   group.choice<Design>("-study_design", asked.request.design, kDesigns,
-                       "all combinations, or only those needed: each axis with the others at their finest");
+                       "all combinations, or only those needed: each axis with the others at their finest; of "
+                       "-study_vary -study_samples runs: Latin hypercube, or by chance");
+  group.integer("-study_samples", asked.request.samples, petsc::at_least(0), "runs of latin and random");
+  group.integer("-study_seed", asked.request.seed, petsc::at_least(0), "of their random numbers");
   group.strings("-study_refine", refine, "an axis for beams in segments: factors of every entry of -beam_elements");
   group.integer("-study_ranks", asked.ranks, petsc::at_least(1), "ranks of each run, a divisor of all");
   group.string("-output_directory", asked.directory,
                "folder of the study: study.csv, study.json and a folder for each run");
   group.boolean("-output_overwrite", asked.overwrite, "replace the study that is there");
+  group.boolean("-study_resume", asked.resume,
+                "go on with the study that is there: runs that have finished with the same options are kept");
   if (petsc::Session::help_requested()) {
     return asked;
   }
@@ -92,6 +109,8 @@ StudyParameters read_parameters(MPI_Comm comm) {
     key = study::with_dash(key).substr(1);
   }
   std::ranges::replace(asked.series, '\n', ' ');
+  std::ranges::replace(vary, '\n', ' ');
+  asked.request.variables = study::read_variables(vary);
   return asked;
 }
 
@@ -104,8 +123,10 @@ void prepare_directory(MPI_Comm comm, const StudyParameters& asked) {
     fs::create_directories(folder, error);
     if (error) {
       failure = "cannot be made a folder: " + error.message();
-    } else if (fs::exists(folder / "study.json", error) && !asked.overwrite) {
-      failure = "already holds a study (study.json); give -output_overwrite to replace it, or another folder";
+    } else if (fs::exists(folder / "study.json", error) && !asked.overwrite && !asked.resume) {
+      failure =
+          "already holds a study (study.json); give -output_overwrite to replace it, -study_resume to go on with it, "
+          "or another folder";
     } else {
       fs::remove(folder / "study.json", error);
       fs::remove(folder / "study.csv", error);
@@ -258,7 +279,7 @@ std::vector<Series> read_series(StudyParameters& asked) {
 /// The runs dealt to a group, one after the other, until a signal stops one.
 /// @return their outcomes, packed, on the group's first rank
 study::Json run_dealt(Group& group, const std::vector<std::size_t>& dealt, const std::vector<Series>& series,
-                      const std::vector<PlannedRun>& runs) {
+                      const std::vector<PlannedRun>& runs, const study::FinishedRuns& kept) {
   study::Json own = study::Json::array();
   for (const std::size_t number : dealt) {
     if (group.stopped_by() != 0) {
@@ -267,6 +288,9 @@ study::Json run_dealt(Group& group, const std::vector<std::size_t>& dealt, const
     const double begin = MPI_Wtime();
     const Outcome outcome = group.run(runs[number]);
     if (group.first_rank()) {
+      if (outcome.state == "finished") {
+        kept.add(runs[number], outcome);
+      }
       own.push_back(study::packed(number, outcome));
       std::printf("run %zu of %zu %s after %.3g s (%s)%s\n", number, runs.size(), outcome.state.c_str(),
                   MPI_Wtime() - begin, describe(series[runs[number].series], runs[number]).c_str(),
@@ -277,9 +301,12 @@ study::Json run_dealt(Group& group, const std::vector<std::size_t>& dealt, const
   return own;
 }
 
-/// Outcomes of `count` runs from what the groups packed, one array of them a line.
-std::vector<Outcome> unpacked(const std::string& all, std::size_t count) {
+/// Outcomes of `count` runs from those of before and what the groups packed, one array of them a line.
+std::vector<Outcome> unpacked(const std::string& all, const std::map<std::size_t, Outcome>& before, std::size_t count) {
   std::vector<Outcome> outcomes(count);
+  for (const auto& [number, outcome] : before) {
+    outcomes[number] = outcome;
+  }
   for (const std::string& line : study::split(all, '\n')) {
     for (const study::Json& entry : line.empty() ? study::Json::array() : study::Json::parse(line)) {
       outcomes[entry["number"].get<std::size_t>()] = study::unpacked(entry);
@@ -302,7 +329,8 @@ int exit_code_of(const std::vector<Outcome>& outcomes) {
 }
 
 /// Prints and writes what the runs come to. @return what went wrong
-std::string write_report(const study::Report& report, const std::string& directory) {
+template <class Report>
+std::string write_report(const Report& report, const std::string& directory) {
   std::string failure = write_file(directory + "/study.csv", report.csv());
   if (failure.empty()) {
     failure = write_file(directory + "/study.json", report.json().dump(2) + "\n");
@@ -310,6 +338,20 @@ std::string write_report(const study::Report& report, const std::string& directo
   std::printf("%sudar-study: results in %s\n", report.tables().c_str(), directory.c_str());
   std::fflush(stdout);
   return failure;
+}
+
+/// What an earlier study has finished of these runs, if this one goes on with it. @note Collective.
+std::map<std::size_t, Outcome> runs_before(MPI_Comm comm, const StudyParameters& asked,
+                                           const std::vector<PlannedRun>& runs, const study::FinishedRuns& kept) {
+  if (asked.resume) {
+    UDAR_CALL(PetscOptionsSetValue(nullptr, "-output_overwrite", "true"));  // folders of runs that did not finish
+    return kept.among(comm, runs);
+  }
+  if (petsc::Session::on_first_rank()) {
+    kept.clear();
+  }
+  MPI_Barrier(comm);
+  return {};
 }
 
 int run_study(MPI_Comm comm) {
@@ -336,14 +378,21 @@ int run_study(MPI_Comm comm) {
   prepare_directory(comm, asked);
 
   Group group{comm, asked.ranks};
+  const study::FinishedRuns kept{asked.directory, group.index()};
+  const std::map<std::size_t, Outcome> before = runs_before(comm, asked, runs, kept);
   const auto groups = static_cast<std::size_t>(ranks) / static_cast<std::size_t>(asked.ranks);
   if (petsc::Session::on_first_rank()) {
     std::printf("udar-study: %zu runs, %zu side by side, %d rank(s) each\n", runs.size(), std::min(groups, runs.size()),
                 static_cast<int>(asked.ranks));
+    if (!before.empty()) {
+      std::printf("%zu of them have finished before\n", before.size());
+    }
     std::fflush(stdout);
   }
-  const auto dealt = study::deal(runs, groups);
-  const study::Json own = run_dealt(group, dealt[static_cast<std::size_t>(group.index())], series, runs);
+  std::vector<PlannedRun> left = runs;
+  std::erase_if(left, [&before](const PlannedRun& run) { return before.contains(run.number); });
+  const auto dealt = study::deal(left, groups);
+  const study::Json own = run_dealt(group, dealt[static_cast<std::size_t>(group.index())], series, runs, kept);
   wait_for_all(comm);
   if (groups > 1) {
     // mpirun passes on the lines of each rank when it gets round to it: the last must not fall into the tables.
@@ -354,10 +403,12 @@ int run_study(MPI_Comm comm) {
   std::array<int, 2> worst{group.stopped_by(), 0};
   std::string failure;
   if (petsc::Session::on_first_rank()) {
-    std::vector<Outcome> outcomes = unpacked(all, runs.size());
+    std::vector<Outcome> outcomes = unpacked(all, before, runs.size());
     worst[1] = exit_code_of(outcomes);
-    failure = write_report(study::Report{std::move(series), std::move(runs), std::move(outcomes), asked.reference},
-                           asked.directory);
+    study::Runs table{std::move(series), std::move(runs), std::move(outcomes)};
+    failure = asked.request.variables.empty()
+                  ? write_report(study::Report{std::move(table), asked.reference}, asked.directory)
+                  : write_report(study::DesignReport{std::move(table)}, asked.directory);
   }
   throw_together<FileError>(comm, failure);
   MPI_Allreduce(MPI_IN_PLACE, worst.data(), 2, MPI_INT, MPI_MAX, comm);

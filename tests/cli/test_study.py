@@ -46,6 +46,94 @@ def without_times(json_text, folder):
     return re.sub(r'"wall_seconds": [^,\n}]+', '"wall_seconds": 0', json_text)
 
 
+class Designs(StudyTest):
+    LATIN = {"study_vary": "initial_height: 0.1..2; support_stiffness: 1e7..1e9 log; support_position: 2 8, 3 7",
+             "study_design": "latin", "study_samples": 12, "support_width": 1, "beam_yield_stress": 235e6}
+
+    def test_latin_hypercube(self):
+        study, rows, out = self.study(self.LATIN, 2)
+        self.assertEqual(list(rows["state"]), ["finished"] * 12)
+        strata = np.sort(np.floor((np.array(rows["initial_height"], float) - 0.1) / 1.9 * 12))
+        np.testing.assert_array_equal(strata, np.arange(12))
+        strata = np.sort(np.floor(np.log10(np.array(rows["support_stiffness"], float) / 1e7) / 2 * 12))
+        np.testing.assert_array_equal(strata, np.arange(12))
+        runs = study["runs"]
+        self.assertEqual(sorted(run["axes"]["support_position"] for run in runs), ["2,8"] * 6 + ["3,7"] * 6)
+        spread = study["design"][0]["spread"]
+        for name in ("peak_force", "max_moment", "max_stress", "utilisation", "sag", "penetration"):
+            values = [run["quantities"][name] for run in runs]
+            self.assertEqual((spread[name]["least"], spread[name]["largest"]), (min(values), max(values)), name)
+            self.assertEqual(values[spread[name]["largest_run"]], max(values))
+            self.assertAlmostEqual(spread[name]["mean"] / np.mean(values), 1, places=12)
+            self.assertAlmostEqual(spread[name]["deviation"] / np.std(values, ddof=1), 1, places=9)
+            follows = spread[name]["rank_correlation"]
+            self.assertIsNone(follows["support_position"], "two numbers have no order")
+            ranks = [(column[:, None] > column).sum(1) + (column[:, None] == column).sum(1) / 2
+                     for column in (np.array(rows["initial_height"], float), np.array(values))]
+            self.assertAlmostEqual(follows["initial_height"], np.corrcoef(*ranks)[0, 1], places=9)
+        summary = json.loads((pathlib.Path(runs[5]["directory"]) / "summary.json").read_text())
+        self.assertEqual(runs[5]["quantities"]["peak_force"], max(map(abs, summary["peak_support_force"])))
+        self.assertNotIn("limit", out)
+        self.assertNotIn("series", study)
+
+    def test_goes_on_where_it_was_stopped(self):
+        folder = self.scratch / "study"
+        whole, *_ = self.study(self.LATIN, 1)
+        for name in ("study.json", "study.csv", "run-003/summary.json"):
+            (folder / name).unlink()
+        kept = (folder / "finished-0.jsonl").read_text()
+        (folder / "finished-0.jsonl").write_text(kept[:-100])  # its last line is cut short
+        again, _, out = self.study({**self.LATIN, "study_resume": True}, 2)
+        self.assertRegex(out, r"\n11 of them have finished before\n")
+        for study in (whole, again):
+            del study["design"][0]["spread"]["wall_seconds"]
+        self.assertEqual(without_times(json.dumps(whole), ""), without_times(json.dumps(again), ""))
+        other, _, out = self.study({**self.LATIN, "gravity": 9, "study_resume": True})
+        self.assertNotIn("before", out, "with other options nothing is kept")
+        self.assertNotEqual(whole["runs"][0]["quantities"]["impulse"], other["runs"][0]["quantities"]["impulse"])
+
+    def test_grid_failures_and_pictures(self):
+        study, *_ = self.study({"study_vary": "initial_height: 0.5, 1, -1; beam_radius: 0.08, 0.1"}, code=1)
+        self.assertEqual([run["state"] for run in study["runs"]], ["finished"] * 4 + ["failed"] * 2)
+        self.assertEqual(study["design"][0]["spread"]["impulse"]["runs"], 4)
+        drawn = subprocess.run([PLOT, str(self.scratch / "study"), "--format", "png", "--dpi", "40", "--objectives",
+                                "peak_force,max_stress"], capture_output=True, text=True, check=False)
+        self.assertEqual(drawn.returncode, 0, drawn.stderr)
+        self.assertEqual([pathlib.Path(line).name for line in drawn.stdout.split()],
+                         ["study-tornado.png", "study-pareto.png"])
+
+    def test_random_depends_on_the_seed_alone(self):
+        options = {"study_vary": "initial_height: 0.1..1", "study_design": "random", "study_samples": 5,
+                   "ts_max_time": 0.01}
+        first, second, third = (self.study({**options, **more}, ranks, f"seed-{ranks}-{len(more)}")[1]
+                                for more, ranks in (({}, 1), ({}, 2), ({"study_seed": 2}, 1)))
+        np.testing.assert_array_equal(first["initial_height"], second["initial_height"])
+        self.assertFalse(set(first["initial_height"]) & set(third["initial_height"]))
+
+    def test_refusals(self):
+        for options, words in (
+            ({"study_vary": "initial_height 1"}, ["-study_vary", "initial_height 1", "key: values"]),
+            ({"study_vary": "initial_height: 1, 1"}, ["-study_vary", "initial_height", "differ"]),
+            ({"study_vary": "initial_height: 2..1", "study_design": "latin", "study_samples": 3}, ["2..1", "rise"]),
+            ({"study_vary": "initial_height: 0..1 log", "study_design": "latin", "study_samples": 3}, ["0..1 log"]),
+            ({"study_vary": "initial_height: 1..2"}, ["initial_height", "-study_design latin or random"]),
+            ({"study_vary": "initial_height: 1, 2", "study_design": "lines"}, ["-study_design", "lines"]),
+            ({"study_vary": "initial_height: 1, 2", "study_design": "latin"}, ["-study_samples", "0"]),
+            ({"study_vary": "initial_height: 1, 2", "study_samples": 4}, ["-study_samples", "4"]),
+            ({"study_vary": "initial_height: 1, 2", "ts_rtol": "1e-6,1e-7"}, ["-study_vary", "-ts_rtol", "one value"]),
+            ({"study_vary": "study_seed: 1, 2"}, ["-study_vary", "keys of udar"]),
+            ({"study_design": "random", "study_samples": 4}, ["-study_design", "-study_vary"]),
+        ):
+            with self.subTest(**options):
+                result = finished(line_of({**CASE, "output_directory": self.scratch / "none", **options}, 1))
+                self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
+                errors = [line for line in result.stderr.splitlines() if "error:" in line]
+                self.assertEqual(len(errors), 1, result.stderr)
+                for word in words:
+                    self.assertIn(word, errors[0])
+                self.assertFalse((self.scratch / "none").exists())
+
+
 class Grid(StudyTest):
     def test_groups_give_the_same_tables(self):
         studies = [self.study(GRID, ranks, f"np{ranks}") for ranks in (1, 2)]

@@ -6,13 +6,17 @@
 #include <gtest/gtest.h>
 #include <petscsys.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "tools/design_report.hpp"
 #include "tools/study_analysis.hpp"
+#include "tools/study_design.hpp"
 #include "tools/study_plan.hpp"
 #include "tools/study_quantities.hpp"
 #include "udar/petsc/error.hpp"
@@ -189,6 +193,40 @@ TEST(Rebound, IsEmptyWithoutOne) {
   EXPECT_FALSE(rebound(samples, 2.0, 10.0).velocity.has_value());
   EXPECT_FALSE(rebound({}, 0.4, 10.0).velocity.has_value());
   EXPECT_FALSE(rebound(std::span{samples}.first(405), 0.4, 10.0).velocity.has_value());  // still going down
+}
+
+TEST(Samples, FillEachStratumOnce) {
+  for (const std::size_t count : {1, 7, 1000}) {
+    const Variable variable{.key = "x", .values = {}, .range = {2.0, 5.0}};
+    std::vector<std::size_t> strata;
+    for (const std::string& value : sampled(variable, Sampling::latin, count, 3, 0)) {
+      strata.push_back(static_cast<std::size_t>((std::stod(value) - 2.0) / 3.0 * static_cast<double>(count)));
+    }
+    EXPECT_GE(std::ranges::count(strata, strata.front()), 1);
+    std::ranges::sort(strata);
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_EQ(strata[i], i);
+    }
+  }
+}
+
+TEST(Samples, AreThoseOfTheSeedAndTheVariable) {
+  const Variable variable{.key = "x", .values = {}, .range = {1e6, 1e9}, .logarithmic = true};
+  for (const Sampling sampling : {Sampling::latin, Sampling::random}) {
+    const auto first = sampled(variable, sampling, 20, 1, 0);
+    EXPECT_EQ(first, sampled(variable, sampling, 20, 1, 0));
+    EXPECT_NE(first, sampled(variable, sampling, 20, 2, 0));
+    EXPECT_NE(first, sampled(variable, sampling, 20, 1, 1));
+  }
+}
+
+TEST(RankCorrelation, FollowsOrderAlone) {
+  const std::vector<double> x{1.0, 2.0, 3.0, 4.0};
+  EXPECT_DOUBLE_EQ(*rank_correlation(x, std::vector{1.0, 10.0, 100.0, 1e6}), 1.0);
+  EXPECT_DOUBLE_EQ(*rank_correlation(x, std::vector{4.0, 1.0, 0.5, -7.0}), -1.0);
+  // Ranks 1, 2.5, 2.5, 4 against 1, 2, 3, 4: 4.5 / sqrt(5 4.5).
+  EXPECT_DOUBLE_EQ(*rank_correlation(x, std::vector{0.0, 1.0, 1.0, 2.0}), 4.5 / std::sqrt(22.5));
+  EXPECT_FALSE(rank_correlation(x, std::vector{1.0, 1.0, 1.0, 1.0}).has_value());
 }
 
 TEST(Largest, IsThatOfTheParabola) {

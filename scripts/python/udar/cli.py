@@ -3,7 +3,7 @@
 Reads the files described in docs/output.md and nothing else. One run gives gauges, energy, contacts, deflection,
 impulses, forces and envelope in RUN/plots, of a network structure and deformation in place of deflection and
 envelope; several runs give gauges, energy and contacts in ./plots. A study of udar-study gives its results against each
-axis, and work against precision, in DIR/plots.
+axis, and work against precision, in DIR/plots, one of a design what its quantities follow and which runs nothing beats.
 """
 import argparse
 import os
@@ -36,6 +36,13 @@ def format_list(text):
     return formats
 
 
+def two_names(text):
+    names = text.split(",")
+    if len(names) != 2 or not all(names) or names[0] == names[1]:
+        raise argparse.ArgumentTypeError(f"'{text}' is not two names like peak_force,sag")
+    return names
+
+
 def dpi_number(text):
     if not text.isdigit() or not 20 <= int(text) <= 1200:
         raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 20 to 1200")
@@ -58,6 +65,9 @@ def parse(arguments):
                         help="png, svg or png,svg (default: both)")
     parser.add_argument("--dpi", metavar="N", type=dpi_number, default=130,
                         help="resolution of the PNG files (default: 130)")
+    parser.add_argument("--objectives", metavar="A,B", type=two_names,
+                        help="of a design study: two quantities of study.json that are to be small (default: the "
+                             "first two that vary of peak_force, max_stress, sag)")
     parser.add_argument("--title", metavar="TEXT", default="", help="put before the title of every picture")
     return parser.parse_args(arguments)
 
