@@ -19,6 +19,7 @@
 #include "tools/batch.hpp"
 #include "tools/contact_table.hpp"
 #include "tools/integrators.hpp"
+#include "tools/laws.hpp"
 #include "tools/machine.hpp"
 #include "tools/networks.hpp"
 #include "tools/output.hpp"
@@ -41,13 +42,14 @@ using bench::Triad;
 using Numbers = std::vector<double>;
 using Options = std::vector<std::pair<std::string, std::string>>;
 
-enum class Kind { solve, accuracy, integrators, machine, batch, contact, network, output };
+enum class Kind { solve, accuracy, integrators, machine, batch, contact, laws, network, output };
 constexpr std::array kKinds{std::pair<const char*, Kind>{"solve", Kind::solve},
                             std::pair<const char*, Kind>{"accuracy", Kind::accuracy},
                             std::pair<const char*, Kind>{"integrators", Kind::integrators},
                             std::pair<const char*, Kind>{"machine", Kind::machine},
                             std::pair<const char*, Kind>{"batch", Kind::batch},
                             std::pair<const char*, Kind>{"contact", Kind::contact},
+                            std::pair<const char*, Kind>{"laws", Kind::laws},
                             std::pair<const char*, Kind>{"network", Kind::network},
                             std::pair<const char*, Kind>{"output", Kind::output}};
 
@@ -469,6 +471,7 @@ int run_bench(MPI_Comm comm) {
         "together [bytes/s, s, 1/s], as JSON; batch: whole motions of many beams at once, without files, as JSON; "
         "contact: tables of error and work of all methods on the beam of example 02, or on the case of the options, "
         "and contact.csv, contact.json; "
+        "laws: time of a mass and sweep that passes through a contact, by what it meets [ns], as JSON; "
         "network: time of a solve of -bench_networks by their members, of -bench_repeats, beside CHOLMOD and "
         "MUMPS up to -bench_largest_frame, as JSON; "
         "output: rows of fields into results.h5 against plain writes of as many bytes, as JSON");
@@ -500,6 +503,12 @@ int run_bench(MPI_Comm comm) {
       bench::contact(comm, lists, directory, repeats);
     }
     petsc::check_unknown_options(comm);
+    return 0;
+  }
+  if (kind == Kind::laws && !petsc::Session::help_requested()) {
+    forget_frequency(frequency_given);
+    petsc::check_unknown_options(comm);
+    bench::laws(comm, repeats);
     return 0;
   }
   if (kind == Kind::batch) {

@@ -22,6 +22,21 @@ def bench(*arguments, ranks=1):
     return subprocess.run(line, capture_output=True, text=True, env=environment_of(line), timeout=120, check=False)
 
 
+class Laws(unittest.TestCase):
+    def test_each_law_has_a_time(self):
+        result = bench("-bench_kind", "laws", "-bench_repeats", "3")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        told = json.loads(result.stdout)
+        times = told["nanoseconds_per_mass_and_sweep"]
+        self.assertEqual(list(times), ["none", "rigid", "spring", "hertz", "hunt_crossley", "bilinear", "crush",
+                                       "table"])
+        for name, best in times.items():
+            self.assertGreater(best, 5, name)
+            self.assertGreaterEqual(told["median"][name], best, name)
+            away = told["mean_velocity_at_the_end"][name] > 0
+            self.assertEqual(away, name != "none", f"{name} has sent the masses back")
+
+
 class Network(unittest.TestCase):
     def test_members_are_faster_than_the_assembled_frame(self):
         result = bench("-bench_kind", "network", "-bench_repeats", "2", "-bench_networks", "grillage-10",
