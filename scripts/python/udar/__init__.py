@@ -3,7 +3,9 @@
 tools     errors of one line, the command line's parser, tables
 results   a run's files as `Run`
 curves    thinning, units that suit what is shown
-style     colours, units of axes, labels: what all pictures have in common
+palette   colours, parts of the energy
+shapes    what of a displacement is deformation
+style     units of axes, labels: what all pictures have in common
 figures   the pictures of one run, or of several laid over each other
 networks  structure and deformation of a network in space
 studies   the pictures of a study

@@ -7,39 +7,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from .curves import BINS, drawn_nodes, prefixed, thin, with_unit
-from .results import rest_intervals
-from .style import (BLACK, BLUE, DASHES, GREEN, GREY, ORANGE, PURPLE, SERIES, SKY, SUPPORT_GREY, VERMILLION,
-                    legend_above, legend_columns, line_of, name_axis, run_labels, say_empty, set_beam_axis,
-                    set_time_axis)
+from .palette import BLACK, BLUE, ENERGY_LINES, GREEN, ORANGE, PURPLE, SELDOM, SERIES, SKY, VERMILLION
+from .results import match_gauge, rest_intervals, run_labels
+from .style import (DASHES, GREY, SUPPORT_GREY, legend_above, legend_columns, line_of, name_axis, say_empty,
+                    set_beam_axis, set_time_axis)
 
 MAX_DOTS = 20_000    # above this many impacts or rests the contact diagram counts them in cells
 MAX_SHADES = 50      # supports whose place is marked in a picture
-ENERGY_LINES = (
-    ("kinetic", "kinetic", BLUE, "-"),
-    ("line_strain", "strain of the line", VERMILLION, "-"),
-    ("fictitious_springs", "fictitious springs", GREEN, "-"),
-    ("load_potential", "potential of the load", ORANGE, "-"),
-    ("lost_in_impacts", "lost in impacts", PURPLE, "-"),
-    ("load_work", "brought in by changing loads", SKY, "-"),
-    ("support_springs", "springs of the supports", GREEN, ":"),
-    ("support_work", "brought in by moving supports", SKY, ":"),
-    ("base_work", "brought in by the moving base", SKY, "--"),
-    ("lost_in_dampers", "lost in dampers", PURPLE, ":"),
-    ("radiated", "radiated into modes left out", ORANGE, ":"),
-    ("total", "total", BLACK, "--"),
-)
-# Shown where there is any.
-SELDOM = ("load_work", "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated")
-
-
-def match_gauge(run, place):
-    """Number of the gauge of `run` at a place, or None: runs laid over each other may differ in mesh and gauges."""
-    if not len(run.gauge_node):
-        return None
-    distance = np.linalg.norm(run.place[run.gauge_node] - place, axis=1)
-    nearest = int(np.argmin(distance))
-    near = 0.51 * np.min(np.diff(np.unique(run.x))) if run.along_line else 0.01 * np.ptp(run.place, axis=0).max()
-    return nearest if distance[nearest] <= near else None
 
 
 def mark_impacts(axis, run, node, marker, colour):

@@ -9,7 +9,9 @@ from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from .curves import prefixed, with_unit
-from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, SUPPORT_GREY, VERMILLION
+from .palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from .shapes import round_factor, without_rigid_motion
+from .style import GREY, SUPPORT_GREY
 from .tools import UserError, first_line
 
 MOST_PIECES = 12_000     # pieces of members in one panel; finer ones are thinned, of more members some are left out
@@ -55,16 +57,6 @@ class Network:
         return np.concatenate(pairs), np.concatenate(owners), every
 
 
-def without_rigid_motion(place, displacement, mass):
-    """What is left of displacements when the whole has been moved and turned back as well as can be (Kabsch)."""
-    weight = mass / mass.sum()
-    there = place + displacement
-    first, second = weight @ place, weight @ there
-    u, _, vt = np.linalg.svd((place - first).T @ (weight[:, None] * (there - second)))
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt)) or 1.0]) @ vt
-    return there - ((place - first) @ turn + second)
-
-
 def read_network(run):
     """The network of a run, with the rows that its pictures show."""
     path = run.folder / "results.h5"
@@ -107,14 +99,6 @@ def read_rows(file, run, place, is_held):
             chosen.append(int(scanned[there[np.argmax(largest[there])]]))
     rows = np.array([data[row] for row in chosen])
     return time[chosen], rows, np.array([deformation(row) for row in rows])
-
-
-def round_factor(value):
-    """The largest of 1, 2, 5, 10, ... that is no larger; 1 at least."""
-    if not value > 1.0:
-        return 1
-    scale = 10.0 ** np.floor(np.log10(value))
-    return int(scale * max(step for step in (1, 2, 5) if step * scale <= value * (1 + 1e-9)))
 
 
 def upright(points):

@@ -420,3 +420,25 @@ def rest_intervals(run):
     return (np.concatenate([x[begins], x[orphan]]),
             np.concatenate([time[begins], np.full(orphan.sum(), run.begin)]),
             np.concatenate([end[begins], time[orphan]]))
+
+
+def match_gauge(run, place):
+    """Number of the gauge of `run` at a place, or None: runs laid over each other may differ in mesh and gauges."""
+    if not len(run.gauge_node):
+        return None
+    distance = np.linalg.norm(run.place[run.gauge_node] - place, axis=1)
+    nearest = int(np.argmin(distance))
+    near = 0.51 * np.min(np.diff(np.unique(run.x))) if run.along_line else 0.01 * np.ptp(run.place, axis=0).max()
+    return nearest if distance[nearest] <= near else None
+
+
+def run_labels(runs):
+    """What tells the runs apart: filter frequency, mesh and, where that is not enough, the name of the folder."""
+    parts = [[] for _ in runs]
+    for words in ([run.filter_label for run in runs], [f"N = {run.elements}" for run in runs]):
+        if len(set(words)) > 1:
+            for part, word in zip(parts, words):
+                part.append(word)
+    if len(set(map(tuple, parts))) < len(parts):
+        parts = [[run.folder.resolve().name, *part] for run, part in zip(runs, parts)]
+    return [", ".join(part) for part in parts]

@@ -8,11 +8,9 @@ matplotlib.use("Agg")
 from matplotlib import pyplot, ticker  # noqa: E402, the backend comes first
 
 from .curves import prefixed  # noqa: E402
+from .palette import SERIES, VERMILLION  # noqa: E402
+from .results import run_labels  # noqa: E402
 
-# Okabe and Ito's palette: told apart with any kind of colour vision.
-BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
-    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-SERIES = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (5, 1.5, 1.5, 1.5)))
 GREY, SUPPORT_GREY = "#595959", "#9a9a9a"
 MAX_DOUBTS = 4       # warnings in a picture
@@ -113,18 +111,6 @@ def describe(runs, times=None):
     scale, unit = prefixed(max(abs(begin), abs(end)), "s")
     unfinished = "" if all(run.finished for run in runs) else " (not finished)"
     return ", ".join([*parts, f"t = {begin / scale:.4g} to {end / scale:.4g} {unit}{unfinished}"])
-
-
-def run_labels(runs):
-    """What tells the runs apart: filter frequency, mesh and, where that is not enough, the name of the folder."""
-    parts = [[] for _ in runs]
-    for words in ([run.filter_label for run in runs], [f"N = {run.elements}" for run in runs]):
-        if len(set(words)) > 1:
-            for part, word in zip(parts, words):
-                part.append(word)
-    if len(set(map(tuple, parts))) < len(parts):
-        parts = [[run.folder.resolve().name, *part] for run, part in zip(runs, parts)]
-    return [", ".join(part) for part in parts]
 
 
 def line_of(number):
