@@ -332,7 +332,8 @@ def end_of_contact(run, begin):
     return begin + pause if rests else end
 
 
-def read_run(folder, with_fields):
+def read_run(folder, with_fields, with_tables=True):
+    """`with_tables` off: what does not grow with the length of the run; tables stay empty."""
     folder = pathlib.Path(folder)
     path = folder / "results.h5"
     if not folder.is_dir():
@@ -360,8 +361,8 @@ def read_run(folder, with_fields):
                 gauge_node=gauge_node,
                 supports=read_supports(file, x),
                 gauges={}, strikers={}, energy={},
-                impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished),
-                rests=read_records(file, folder, "rests", REST_COLUMNS, finished),
+                impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished) if with_tables else {},
+                rests=read_records(file, folder, "rests", REST_COLUMNS, finished) if with_tables else {},
                 finished=finished and bool(summary.get("completed", True)),
                 structure=text_of(file, "structure", "beam"),
                 gauge_names=read_gauge_names(options, len(gauge_node)))
@@ -369,6 +370,8 @@ def read_run(folder, with_fields):
             if not np.isin(run.gauge_node, numbers).all():
                 raise UserError(f"{path}: /gauge_node names a node that /x does not have")
             run.gauge_node = np.searchsorted(numbers, run.gauge_node)
+            if not with_tables:
+                return run
             for table in (run.impacts, run.rests):
                 table["node"] = np.searchsorted(numbers, table["node"])
             for table in (run.impacts, run.rests):
