@@ -8,6 +8,7 @@
 #include <iterator>
 #include <new>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -120,8 +121,9 @@ std::string keep(const Case& input, Model& model, const ImpactDynamics& dynamics
 }
 
 /// Runs to the end, or to what ends it: the last good step is kept and reported then, too.
-io::Summary go(const Case& input, Model& model, ImpactDynamics& dynamics, RunOutput& output, const CostMark& begin) {
-  const RunMarks marks{.begin = begin, .stepping = cost_mark()};
+io::Summary go(const Case& input, Model& model, ImpactDynamics& dynamics, RunOutput& output, const CostMark& begin,
+               std::span<const Mode> modes) {
+  const RunMarks marks{.begin = begin, .stepping = cost_mark(), .modes = modes};
   try {
     dynamics.solve();
   } catch (const FileError& error) {  // what is on the disk stays as it is
@@ -208,7 +210,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   const auto late = [&] { return input.wall_limit > 0.0 && wall_time() - begin.time >= input.wall_limit; };
   const auto stop = [&] { return signal() != 0 || late(); };
   dynamics.set_stop_request(stop);
-  io::Summary summary = go(input, model, dynamics, output, begin);
+  io::Summary summary = go(input, model, dynamics, output, begin, modes);
   output.require_present();
   // After everything of the run is on the disk: whatever becomes of the other run, this one is whole.
   summary.modal_estimate = estimate_by_more_modes(comm, input, summary, stop);

@@ -149,6 +149,12 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
     warn_of_field(line.points(), *errors, field_tolerance(input, dynamics));
   }
   io::Summary summary = gather_summary(input, line, dynamics, output);
+  for (const Mode& mode : marks.modes) {
+    summary.mode_frequency.push_back(mode.frequency);
+    if (input.filter.filtered() && !input.modal) {
+      summary.mode_filtered.push_back(mode.corrected ? mode.frequency : mode.filtered);
+    }
+  }
   add_costs(comm, marks.begin, marks.stepping, end, summary);
   write(comm, input, summary);
   return summary;

@@ -2,20 +2,23 @@
 /// @file
 /// What a run says of itself when it is over.
 
+#include <span>
 #include <string>
 
 #include "app/run_costs.hpp"
 #include "app/run_output.hpp"
 #include "udar/app/case.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/filter/modes.hpp"
 #include "udar/io/summary.hpp"
 
 namespace udar::app {
 
 /// @brief Where clocks and counters stood at two points of a run.
 struct RunMarks {
-  CostMark begin;     ///< of the run
-  CostMark stepping;  ///< of its first step
+  CostMark begin;               ///< of the run
+  CostMark stepping;            ///< of its first step
+  std::span<const Mode> modes;  ///< the lowest, as the run has printed them
 };
 
 /// @brief What there is to say of a run, but for costs; takes the warnings so far. @note Collective.

@@ -89,6 +89,8 @@ std::string as_json(const Summary& summary) {
   for (const auto& [name, peak] : summary.peaks) {
     add_peak(json, name, peak);
   }
+  json["mode_frequency"] = summary.mode_frequency;
+  json["mode_filtered"] = summary.mode_filtered;
   json["energy"] = energies(summary.energy);
   json["energy_drift"] = summary.energy.drift();
   json["warnings"] = summary.warnings;

@@ -29,7 +29,7 @@ SUMMARY_KEYS = """
     elements ranks steps rejected_steps rhs_evaluations line_solves stepping_line_solves row_line_solves
     impacts rests releases first_contact_time
     last_contact_time min_line_gap min_line_gap_x min_line_gap_time support_impulse force_window
-    peak_force_window peak_support_force energy_drift warnings
+    peak_force_window peak_support_force mode_frequency mode_filtered energy_drift warnings
     max_bending_stress max_bending_stress_x max_bending_stress_time max_utilisation max_utilisation_x
     max_utilisation_time wall_seconds wall_seconds_mean own_seconds communication
     peak_memory_bytes memory_per_rank versions""".split()

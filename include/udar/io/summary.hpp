@@ -96,6 +96,8 @@ struct Summary {
   /// Largest values by their keys, "max_bending_stress"; none where it is not known.
   std::vector<std::pair<std::string, std::optional<Peak>>> peaks;
   std::optional<ModalEstimate> modal_estimate;  ///< empty: there was no other run
+  std::vector<double> mode_frequency;           ///< of the lowest vibration modes, without the filter [rad/s]
+  std::vector<double> mode_filtered;            ///< what the filter makes of them [rad/s]; empty without filter
   EnergyLedger energy{};                        ///< at the end [J]
   std::vector<std::string> warnings;            ///< what `petsc::warn` told the user, in order
   std::vector<double> gauge_position;           ///< asked for [m]
