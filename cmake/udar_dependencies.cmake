@@ -69,12 +69,13 @@ if(NOT UDAR_CHOLMOD_INCLUDE_DIR OR NOT UDAR_CHOLMOD_LIBRARY)
 endif()
 # What draws and what tests are written in: the first python3 that has the modules, of the PATH or the system's.
 function(udar_has_modules result interpreter)
-  execute_process(COMMAND ${interpreter} -c "import h5py, matplotlib" RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)
+  execute_process(COMMAND ${interpreter} -c "import h5py, jinja2, matplotlib" RESULT_VARIABLE code OUTPUT_QUIET
+                                                                              ERROR_QUIET)
   if(NOT code EQUAL 0)
     set(${result} FALSE PARENT_SCOPE)
   endif()
 endfunction()
-find_program(UDAR_PYTHON python3 VALIDATOR udar_has_modules DOC "Python with h5py and matplotlib")
+find_program(UDAR_PYTHON python3 VALIDATOR udar_has_modules DOC "Python with h5py, jinja2 and matplotlib")
 mark_as_advanced(UDAR_PYTHON)
 
 # udar_require(VARIABLE SOURCE MESSAGE INCLUDES...): a configure error unless SOURCE compiles.

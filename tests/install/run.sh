@@ -89,7 +89,7 @@ echo "$line"
 eval "$line -ksp_type preonly -skip_petscrc" > plugin.log 2>&1 && fail "its matrix carries no line"
 expect "'heat' of type seqaij" plugin.log
 
-for call in "udar -help" "udar-plot --help"; do
+for call in "udar -help" "udar-plot --help" "udar-report --help"; do
   echo "== installed $call"
   $call > "$work/help"
   head -n 3 "$work/help"

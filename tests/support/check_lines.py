@@ -12,8 +12,9 @@ from pathlib import Path
 LONGEST = 120
 FOLDERS = ("cmake", "docs", "examples", "include", "petsc-options", "scripts", "src", "tests")
 SUFFIXES = {".md", ".yaml", ".py", ".sh", ".c", ".cpp", ".hpp", ".cmake", ".opts", ".sbatch", ""}
+SUFFIXES |= {".css", ".html", ".js"}
 NAMES = {"CMakeLists.txt"}
-MADE = {"build", "out", "__pycache__", "corpus"}
+MADE = {"build", "out", "__pycache__", "corpus", "vendor"}  # vendor: as others wrote it
 
 
 def files(source_dir):

@@ -10,6 +10,7 @@ figures   the pictures of one run, or of several laid over each other
 networks  structure and deformation of a network in space
 studies   the pictures of a study
 cli       udar-plot
+report    udar-report
 """
 import os
 
