@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# ranks: 1; size: short
+# ranks: 1; size: medium
 """udar-report: pages of runs, opened from `file:` by Chromium without a window. UDAR_REPORT: the program."""
 import os
 import pathlib
@@ -214,8 +214,8 @@ class Decimation(ReportTest):
 class Networks(ReportTest):
     def test_a_grillage_in_space(self):
         options = case(**{name: None for name in case() if name.startswith("beam_")}, **NETWORK,
-                       gauge_position=None, gauge_junction="0 0 0,1 0 1", support_position="2,4", contact_surface="line",
-                       initial_height=0.1, ts_max_time=0.3, output_field_interval=0.01)
+                       gauge_position=None, gauge_junction="0 0 0,1 0 1", support_position="2,4",
+                       contact_surface="line", initial_height=0.1, ts_max_time=0.3, output_field_interval=0.01)
         folder = self.run_case(options).directory
         self.page_of(folder)
         self.assertIn("Largest torque", self.seen("verdict"))

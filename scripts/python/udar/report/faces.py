@@ -33,6 +33,8 @@ def strips(support, low, high, reach):
     if not np.isfinite(face).all() or face.min() > high[1] + reach or face.max() < low[1] - reach:
         return []
     if support.is_floor:
+        if len(x) == 1:
+            x, face = np.repeat(x, 2), np.repeat(face, 2)
         x[[0, -1]] = low[0], high[0]
     if len(x) == 1:
         return [np.array([(x[0], face[0], z[0]), (x[0], face[0], z[1])])]

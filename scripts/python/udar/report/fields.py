@@ -9,7 +9,7 @@ FRAMES = 300
 LINE_NODES = 400          # of a beam in an animation
 MASSES = 81               # of a beam that are drawn as dots
 FRAME_BYTES = 5_000_000   # of a structure in space
-PIECES = 6000             # lines of a structure in space
+PIECES = 16_000           # lines of a structure in space
 ENVELOPE_NODES = 1500
 HEXAHEDRON = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 
@@ -110,6 +110,18 @@ def displacement_rows(file, run):
     return rows_of(file, "line_position"), upward
 
 
+def joined_points(place, displacement):
+    """Points at one place as one that moves in all their directions, and the first of them at each place."""
+    joined, first, which = np.unique(np.round(place, 9), axis=0, return_index=True, return_inverse=True)
+    which = which.ravel()
+
+    def moved(row):
+        whole = np.zeros_like(joined)
+        np.add.at(whole, which, displacement(row))
+        return whole
+    return joined, moved, first
+
+
 def gather_space(file, run, touched):
     """A structure in space: lines between nodes, rigid motion and deformation of them in each frame."""
     cells = file["cells"][()]
@@ -128,22 +140,26 @@ def gather_space(file, run, touched):
             of_edge = np.abs(np.concatenate(both)).reshape(2, -1).max(axis=0)[edges].max(axis=1)
         else:
             of_edge = largest_over(both, begins, ends)
-        if np.isfinite(field.high).any():
+        if np.nanmax(np.abs(field.high), initial=0.0) > 0.0 and len(edges):
             worst.append(worst_of(file, run, field, cells))
-        if np.isfinite(of_edge).any():
+        if np.nanmax(of_edge, initial=0.0) > 0.0:
             colours[name] = {"label": field.label, "unit": field.unit, "values": of_edge}
     nodes, edges = np.unique(edges, return_inverse=True) if len(edges) else (np.arange(len(run.x)), edges)
     rows, displacement = displacement_rows(file, run)
+    place, mass = run.place, file["mass"][()] if "mass" in file else np.ones(len(run.x))
+    if "direction" in file:  # a point for each direction
+        place, displacement, first = joined_points(run.place, displacement)
+        mass = mass[first]
+        nodes, edges = np.arange(len(place)), np.empty((0, 2), int)
     time = file["fields/time"][:rows]
     most = int(np.clip(FRAME_BYTES / (12 * len(nodes)), 8, FRAMES))
     frames = choose_frames(time, touched, most)
     held = "held" in file and bool(np.any(file["held"][()]))
-    mass = file["mass"][()] if "mass" in file else np.ones(len(run.x))
     rigid, deformation, largest = [], [], np.zeros(len(nodes))
     for row in frames:
         moved = displacement(row)
-        turn, first, second = (np.eye(3), np.zeros(3), np.zeros(3)) if held else rigid_motion(run.place, moved, mass)
-        bent = run.place[nodes] + moved[nodes] - ((run.place[nodes] - first) @ turn + second)
+        turn, first, second = (np.eye(3), np.zeros(3), np.zeros(3)) if held else rigid_motion(place, moved, mass)
+        bent = place[nodes] + moved[nodes] - ((place[nodes] - first) @ turn + second)
         rigid.append(np.concatenate([turn.ravel(), second - first @ turn]))
         deformation.append(bent)
         largest = np.fmax(largest, np.linalg.norm(bent, axis=1))
@@ -151,7 +167,7 @@ def gather_space(file, run, touched):
     if len(frames) and len(edges):
         colours["deformation"] = {"label": "largest deformation in the frames", "unit": "m",
                                   "values": largest[edges].max(axis=1)}
-    return {"t": time[frames], "place": run.place[nodes], "edges": edges, "radius": radius, "colours": colours,
+    return {"t": time[frames], "place": place[nodes], "edges": edges, "radius": radius, "colours": colours,
             "rigid": np.array(rigid).reshape(-1, 12), "deformation": np.array(deformation).reshape(len(frames), -1),
             "of_rows": rows, "every": every, "held": held, "worst": worst}
 

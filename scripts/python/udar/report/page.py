@@ -161,7 +161,8 @@ def facts(sheet):
             size = " x ".join(with_unit(length, "m") for length in np.ptp(run.place, axis=0))
             what = "Network" if run.structure == "network" else "Structure from matrices"
             elements = f", {run.elements} elements" if run.elements else ""
-            rows.append((what, f"{size} (x, y, z), {len(run.x)} nodes{elements}"))
+            nodes = "points" if run.structure == "points" else "nodes"
+            rows.append((what, f"{size} (x, y, z), {len(run.x)} {nodes}{elements}"))
     if sheet.mass and run.structure != "points":
         rows.append(("Mass", f"{sheet.mass:.4g} kg"))
     add("Bending stiffness EI", "bending stiffness EI [N m^2]", "N m²")
@@ -212,6 +213,12 @@ def aligned(lists):
     return [(together(label), [together(table.get(label, "-")) for table in known]) for label in labels]
 
 
+def short_name(run, number):
+    """The number of a support, or which striker it is."""
+    striker = run.supports[number].striker
+    return f"{number}" if striker is None else f"striker {striker}"
+
+
 def impact_table(sheet):
     """Title, heads with units and rows of the first impacts, or of the first touches where forces hold the line."""
     if sheet.first_impacts is not None:
@@ -219,8 +226,8 @@ def impact_table(sheet):
         scale, unit = prefixed(float(np.max(np.abs(columns["time"]))), "s")
         heads = [f"t [{unit}]", "node", "x [m]", "support", "velocity before [m/s]", "after [m/s]", "impulse [N s]",
                  "energy lost [J]"]
-        rows = [[f"{row[0] / scale:.6g}", f"{row[1]:.0f}", f"{row[2]:.4g}", f"{row[3]:.0f}",
-                 *(f"{value:.4g}" for value in row[4:])] for row in zip(*columns.values())]
+        rows = [[f"{time / scale:.6g}", f"{node:.0f}", f"{x:.4g}", short_name(sheet.run, int(support)),
+                 *(f"{value:.4g}" for value in rest)] for time, node, x, support, *rest in zip(*columns.values())]
         return {"title": f"The first {len(rows)} of {sheet.contact['count'] if sheet.contact else len(rows)} impacts",
                 "heads": heads, "rows": rows}
     if sheet.contact is None or not len(sheet.contact["all_spans"]):
@@ -234,8 +241,8 @@ def impact_table(sheet):
         prefixed(float(np.nanmax(np.abs(values))), unit) for values, unit in ((t1, "s"), (impulse, "N s"), (mean, "N")))
     heads = ["support", f"from [{second}]", f"to [{second}]", f"lasts [{second}]", f"impulse [{newton_second}]",
              f"mean force [{newton}]"]
-    rows = [["all" if sheet.contact["together"] else f"{k:.0f}", f"{a / time:.6g}", f"{b / time:.6g}",
-             f"{(b - a) / time:.4g}", f"{i / push:.4g}", f"{f / force:.4g}"]
+    rows = [["all" if sheet.contact["together"] else short_name(sheet.run, int(k)), f"{a / time:.6g}",
+             f"{b / time:.6g}", f"{(b - a) / time:.4g}", f"{i / push:.4g}", f"{f / force:.4g}"]
             for k, a, b, i, f in zip(number, t0, t1, impulse, mean)]
     return {"title": f"The first {len(rows)} of {len(spans)} touches, as the rows of output tell them",
             "heads": heads, "rows": rows}

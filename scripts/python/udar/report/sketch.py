@@ -9,7 +9,7 @@ from .faces import support_faces
 WIDTH, LEFT, RIGHT = 1000.0, 80.0, 130.0
 MOST_PLACES = 9          # places between which lengths are written
 MOST_DRAWN = 60          # supports that are drawn as such
-MOST_EDGES = 2500
+MOST_EDGES = 16_000
 LABEL = 8.0              # room for a character
 TURN, LIFT = np.radians(30.0), np.radians(22.0)  # of the view in space
 
@@ -22,6 +22,11 @@ class Drawing:
 
     def line(self, x1, y1, x2, y2, kind):
         self.parts.append(f'<line class="{kind}" x1="{x1:.1f}" y1="{y1:.1f}" x2="{x2:.1f}" y2="{y2:.1f}"/>')
+
+    def lines(self, ends, kind):
+        """Many lines at once; `ends` has two points for each."""
+        path = "".join(f"M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}" for (x1, y1), (x2, y2) in ends)
+        self.parts.append(f'<path class="{kind}" fill="none" d="{path}"/>')
 
     def shape(self, points, kind):
         corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
@@ -115,7 +120,9 @@ class BeamSketch:
         else:
             self.drawing.shape([(x, top), (x + 9.0, top + 18.0 * way), (x - 9.0, top + 18.0 * way)], "support")
         if way < 0:
-            self.drawing.text(x, top - 23.0, f"stop, {with_unit(support.height - self.axis[0], 'm')} above")
+            words = f"stop, {with_unit(support.height - self.axis[0], 'm')} above"
+            beside = (x + 14.0, "start") if x < 0.5 * WIDTH else (x - 14.0, "end")
+            self.drawing.text(beside[0], top - 7.0, words, beside[1])
 
     def draw_floor(self, support):
         top = self.top if support.side > 0 else self.BEAM - 40.0
@@ -146,13 +153,16 @@ class BeamSketch:
                 self.drawing.line(x, y, x + 9.0 * way, y + 7.0, "thin")
         elif kind == "pinned":
             self.drawing.shape([(x, self.BEAM), (x + 9.0, self.BEAM + 17.0), (x - 9.0, self.BEAM + 17.0)], "pin")
-        self.drawing.text(x, self.BEAM - 34.0, kind, "start" if way < 0 else "end", "small")
+        if kind != "free":
+            self.drawing.text(x, self.BEAM - 34.0, kind, "start" if way < 0 else "end", "small")
 
     def draw_loads(self):
         options = self.run.options
         for x, way in zip(numbers(options, "load_position")[:20], self.load_ways):
-            self.drawing.arrow(self.at(x), self.BEAM + 46.0 * way, self.at(x), self.BEAM + 5.0 * way)
-            self.drawing.text(self.at(x) + 8.0, self.BEAM + 38.0 * way, "load", "start")
+            stops = [self.at(support.position) for support in self.run.supports if support.side < 0]
+            far = 66.0 if way < 0.0 and any(abs(stop - self.at(x)) < 90.0 for stop in stops) else 46.0
+            self.drawing.arrow(self.at(x), self.BEAM + far * way, self.at(x), self.BEAM + 5.0 * way)
+            self.drawing.text(self.at(x) + 8.0, self.BEAM + (far - 8.0) * way, "load", "start")
         if "load_axles" in options:
             for k in range(4):
                 x = LEFT + 60.0 + 26.0 * k
@@ -205,7 +215,7 @@ class SpaceSketch:
                                self.flat(self.corners())])
         self.left, self.bottom = seen.min(axis=0)
         span = np.maximum(seen.max(axis=0) - seen.min(axis=0), 1e-9)
-        self.scale = min((WIDTH - 200.0) / span[0], 330.0 / span[1])
+        self.scale = min((WIDTH - 280.0) / span[0], 330.0 / span[1])
         self.shift = 0.5 * (WIDTH - self.scale * span[0])
         self.height = self.scale * span[1] + 90.0
 
@@ -232,12 +242,12 @@ class SpaceSketch:
                 (x1, y1), (x2, y2) = self.at(face)
                 self.drawing.line(x1, y1, x2, y2, "wall")
         edges = self.space["edges"] if self.space is not None else np.empty((0, 2), int)
-        for a, b in edges[::len(edges) // MOST_EDGES + 1]:
-            (x1, y1), (x2, y2) = self.at(self.space["place"][[a, b]])
-            self.drawing.line(x1, y1, x2, y2, "member" if len(edges) < 600 else "member fine")
-        if not len(edges):
-            for x, y in self.at(self.run.place[::len(self.run.place) // MOST_EDGES + 1]):
-                self.drawing.dot(x, y, "point", 1.2)
+        if len(edges):
+            self.drawing.lines(self.at(self.space["place"])[edges], "member" if len(edges) < 600 else "member fine")
+        else:
+            place = self.run.place if self.space is None else self.space["place"]
+            dots = self.at(place[::len(place) // MOST_EDGES + 1])
+            self.drawing.lines(np.stack([dots, dots + [1.5, 0.0]], axis=1), "member")
         for number, node in enumerate(self.run.gauge_node):
             x, y = self.at(self.run.place[node])[0]
             self.drawing.dot(x, y, "gauge", 5.0)

@@ -160,6 +160,8 @@ def peaks_of_fields(sheet):
             yield f"{word} point of the line", f"y = {with_unit(values[at], 'm')} at {place}"
     if sheet.space is not None:
         for colour in sheet.space["colours"].values():
+            if not np.nanmax(colour["values"]) > 0.0:
+                continue
             yield f"Largest {colour['label'].removeprefix('largest ')}", with_unit(np.nanmax(colour["values"]),
                                                                                  colour["unit"])
 

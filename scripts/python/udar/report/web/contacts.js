@@ -29,7 +29,7 @@ function contactChart(parent, run, shareOf) {
   const room = 0.04 * (run.x[1] - run.x[0] || 1);
   const words = [];
   if (run.contact.count) words.push(`${run.contact.count} impacts`);
-  if (spans.t0?.length) words.push("forces");
+  if (spans.t0?.length) words.push("forces of supports");
   if (!words.length && !rests.t0.length) words.push("no contact");
   if (run.contact.cell) {
     words.push(`counted in cells of ${show(run.contact.cell[0], "s", 2)} by ${show(run.contact.cell[1], "m", 2)}`);
@@ -124,7 +124,7 @@ function barHeight(run, support, dot, py) {
   const places = [...new Set(known)].sort((a, b) => a - b);
   const gaps = places.slice(1).map((x, k) => x - places[k]);
   const room = gaps.length ? 0.4 * (py(0) - py(Math.min(...gaps))) : Infinity;
-  return support && support.floor ? 0 : Math.max(dot, Math.min(6 * dot, room));
+  return support && support.high > support.low ? 0 : Math.max(dot, Math.min(6 * dot, room));
 }
 
 function tellNearest(u, run) {

@@ -124,13 +124,13 @@ function chart(parent, given) {
   const data = given.tables.length > 1 ? uPlot.join(given.tables) : given.tables[0];
   const width = Math.max(300, holder.clientWidth);
   const axis = { stroke: "#1b1f24", grid: { stroke: "#e6e9ed", width: 1 }, ticks: { stroke: "#c8ced6", size: 5 },
-    font: "12.5px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
+    font: "12px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif" };
   const options = {
     width, height: given.height || 230, title: "",
     scales: { x: { time: false, distr: given.log ? 3 : 1, ...(given.xRange ? { range: given.xRange } : {}) },
       y: { distr: given.log || given.logY ? 3 : 1, ...(given.range ? { range: given.range } : {}) } },
     axes: [
-      { ...axis, label: given.x, labelSize: 20, size: 32, ...(given.log ? logAxis : { values: ticks }) },
+      { ...axis, label: given.x, space: 75, labelSize: 20, size: 32, ...(given.log ? logAxis : { values: ticks }) },
       { ...axis, label: given.y, labelSize: 22, size: 62, ...(given.log || given.logY ? logAxis : { values: ticks }) }],
     legend: { show: given.legend !== false, live: true },
     cursor: { drag: { x: true, y: false, uni: 20 }, focus: { prox: 24 },
@@ -144,7 +144,7 @@ function chart(parent, given) {
       }))],
     bands: given.bands,
     hooks: given.hooks || {},
-    padding: [8, 14, 0, 0],
+    padding: [8, 26, 0, 0],
   };
   if (given.overTime) {
     options.hooks.setScale = [...(options.hooks.setScale || []),

@@ -47,9 +47,9 @@ class Motion {
       this.space.take(run);
       fill(this.element("factor"), FACTORS.map((factor) => [factor, String(factor)]), this.space.proposedFactor());
       const moments = run.space.colours.map((field) => (field.unit === "N m" ? largest([field.values]) : -1));
-      const chosen = moments.findIndex((size) => size >= 0 && size === Math.max(...moments));
+      const chosen = Math.max(0, moments.findIndex((size) => size > 0 && size === Math.max(...moments)));
       fill(this.element("colour"), [[-1, "none"], ...run.space.colours.map((field, k) => [k, field.label])],
-        Math.max(chosen, -1));
+        run.space.colours.length ? chosen : -1);
       set();
     };
     const set = () => {

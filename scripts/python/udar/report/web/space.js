@@ -62,6 +62,8 @@ class SpaceView {
     if (!t.length) place.forEach((x, i) => add(x, i % 3));
     for (const face of faces) face.corners.forEach((x, i) => add(x, i % 3));
     this.centre = low.map((x, i) => (x + high[i]) / 2);
+    this.corners = [];
+    for (let i = 0; i < 8; i++) for (let j = 0; j < 3; j++) this.corners.push((i >> j) & 1 ? high[j] : low[j]);
     this.size = Math.hypot(...low.map((x, i) => high[i] - x)) || 1;
     this.largest = deformation.length ? largest([deformation]) : 0;
     this.nodes = n;
@@ -87,9 +89,21 @@ class SpaceView {
     this.draw();
   }
 
+  // Pixels a metre, so that the box is seen as a whole from any side.
+  fit() {
+    const { width, height } = this.canvas;
+    this.pixels = 1;
+    const seen = this.project(this.corners);
+    const extent = (k) => {
+      const [low, high] = span([seen.filter((_, i) => i % 3 === k)]);
+      return high - low || 1e-9;
+    };
+    this.pixels = this.zoom * Math.min(0.86 * width / extent(0), 0.84 * height / extent(1));
+  }
+
   project(points) {
     const { width, height } = this.canvas;
-    const scale = 1.06 * this.zoom * Math.min(width * 0.9, height * 1.35) / this.size;
+    const scale = this.pixels;
     const [ct, st, cl, sl] = [Math.cos(this.turn), Math.sin(this.turn), Math.cos(this.lift), Math.sin(this.lift)];
     const out = new Float64Array(points.length);
     for (let i = 0; i < points.length; i += 3) {
@@ -99,7 +113,6 @@ class SpaceView {
       out[i + 1] = height / 2 - scale * (y * cl + away * sl);
       out[i + 2] = away * cl - y * sl; // depth, larger is behind
     }
-    this.pixels = scale;
     return out;
   }
 
@@ -112,6 +125,7 @@ class SpaceView {
     }
     const pen = this.canvas.getContext("2d");
     pen.clearRect(0, 0, wide, high);
+    this.fit();
     if (!this.deformed) this.drawFaces(pen);
     if (!space.t.length) return;
     const frame = nearestFrame(space.t, this.at);
