@@ -1,7 +1,8 @@
 """What udar's scripts share: reading of result files, and their pictures.
 
 tools     errors of one line, the command line's parser, tables
-results   a run's files as `Run`
+files     the files of a run: tables, summary, options, units; nothing else opens them
+results   a run as its pictures need it: `Run`
 curves    thinning, units that suit what is shown
 palette   colours, parts of the energy
 shapes    what of a displacement is deformation

@@ -1,7 +1,6 @@
 """The pictures of a network: the structure in space, and how it deforms. y points up in them."""
 import dataclasses
 
-import h5py
 import numpy as np
 from matplotlib import cm, colors, pyplot, ticker
 from matplotlib.lines import Line2D
@@ -9,10 +8,10 @@ from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from .curves import prefixed, with_unit
+from .files import RunFiles
 from .palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
 from .shapes import round_factor, without_rigid_motion
 from .style import GREY, SUPPORT_GREY
-from .tools import UserError, first_line
 
 MOST_PIECES = 12_000     # pieces of members in one panel; finer ones are thinned, of more members some are left out
 MOST_NAMES = 20          # gauges whose names can be read beside each other
@@ -59,19 +58,15 @@ class Network:
 
 def read_network(run):
     """The network of a run, with the rows that its pictures show."""
-    path = run.folder / "results.h5"
-    try:
-        with h5py.File(path, "r") as file:
-            nodes = len(file["x"])
-            place = np.column_stack([file[axis][()] if axis in file else np.zeros(nodes) for axis in "xyz"])
-            cells, member = file["cells"][()], file["member"][()]
-            first = np.flatnonzero(np.append(True, np.diff(member) != 0))
-            paths = [np.append(part[0, 0], part[:, 1]) for part in np.split(cells, first[1:])]
-            held = np.flatnonzero(file["held"][()]) if "held" in file else np.empty(0, int)
-            time, rows, deformation = read_rows(file, run, place, len(held) > 0)
-            return Network(place, paths, file["member_radius"][()][first], held, time, rows, deformation)
-    except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
-        raise UserError(f"{path}: cannot be read: {first_line(error)}") from None
+    with RunFiles(run.folder).results() as file:
+        nodes = len(file["x"])
+        place = np.column_stack([file[axis][()] if axis in file else np.zeros(nodes) for axis in "xyz"])
+        cells, member = file["cells"][()], file["member"][()]
+        first = np.flatnonzero(np.append(True, np.diff(member) != 0))
+        paths = [np.append(part[0, 0], part[:, 1]) for part in np.split(cells, first[1:])]
+        held = np.flatnonzero(file["held"][()]) if "held" in file else np.empty(0, int)
+        time, rows, deformation = read_rows(file, run, place, len(held) > 0)
+        return Network(place, paths, file["member_radius"][()][first], held, time, rows, deformation)
 
 
 def read_rows(file, run, place, is_held):

@@ -1,16 +1,13 @@
-"""The files of a run (docs/output.md) as `Run`."""
+"""A run as its pictures need it: `Run`, from its files."""
 import dataclasses
-import json
 import pathlib
 
-import h5py
 import numpy as np
 
 from .curves import BINS, drawn_nodes, with_unit
-from .tools import UserError, first_line, read_csv
+from .files import ENERGIES, Contact, RunFiles, read_options, text_of
+from .tools import UserError
 
-ENERGY_COLUMNS = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "lost_in_impacts", "load_work",
-                  "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated", "total")
 INSTANTS = 12        # deflection curves
 ROWS_BEFORE = 2      # of them, before the first contact
 IMPACT_COLUMNS = ("time", "node", "x", "support", "impulse")
@@ -33,23 +30,6 @@ class Support:
     box: np.ndarray = None     # rows of from and to along x, y, z that it touches [m]
     field: tuple = None        # x, z and rows of heights over them, one row for each z
     striker: int = None        # which one this is; it has no height of its own
-
-
-@dataclasses.dataclass
-class Contact:
-    """Rows of contact.csv; forces and impulses of each support, or of all together, by row."""
-    time: np.ndarray
-    x_min: np.ndarray
-    x_max: np.ndarray
-    force: np.ndarray
-    impulse: np.ndarray
-    window: float     # forces are means over so long [s]; None if not known
-    together: bool    # one column for all supports
-
-    def spans(self):
-        """Of each column the times, rows of (begin, end), in which it gave anything."""
-        return [stretches(self.time, np.append(False, np.diff(column) != 0.0) if len(column) else np.empty(0, bool))
-                for column in self.impulse.T]
 
 
 @dataclasses.dataclass
@@ -81,7 +61,7 @@ class Run:
     finished: bool
     structure: str           # beam, network, or points of imported matrices
     gauge_names: list        # of junctions; empty where a gauge has a place alone
-    contact: "Contact" = None
+    contact: Contact = None
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     cells: np.ndarray = None   # rows of /x at the corners of the line's cells
     envelope: dict = None      # Extremes of /envelope by the field's name; written when a run ends
@@ -164,59 +144,6 @@ class Run:
         return [number for number, support in enumerate(self.supports) if touches(support)]
 
 
-def read_summary(path):
-    """summary.json; empty while the run goes on. One that was stopped also leaves a summary."""
-    try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-        return summary if isinstance(summary, dict) else {}
-    except (OSError, ValueError):
-        return {}
-
-
-def read_options(file):
-    text = file.attrs.get("options", "")
-    text = text.decode() if isinstance(text, bytes) else str(text)
-    words = [line.split(None, 1) for line in text.splitlines() if line.startswith("-")]
-    return {word[0][1:]: word[1].strip() if len(word) > 1 else "" for word in words}
-
-
-def read_contact(folder, file):
-    """contact.csv, and with more supports than it has columns for those of results.h5; None without either."""
-    path = folder / "contact.csv"
-    if not path.exists():
-        return None
-    table = read_csv(path, ["time", "masses", "x_min", "x_max"])
-    window = np.ravel(file["supports"].attrs.get("force_window", np.nan))[0] if "supports" in file else np.nan
-    together = "force" in table
-    names = [""] if together else [f"_{k}" for k in range(sum(name.startswith("force_") for name in table))]
-    force, impulse = (np.array([table[kind + name] for name in names]).T.reshape(len(table["time"]), len(names))
-                      for kind in ("force", "impulse"))
-    if together and "supports/force" in file and "supports/impulse" in file:
-        rows = min(len(table["time"]), len(file["supports/force"]), len(file["supports/impulse"]))
-        force, impulse = file["supports/force"][:rows], file["supports/impulse"][:rows]
-        table, together = {name: values[:rows] for name, values in table.items()}, False
-    return Contact(table["time"], table["x_min"], table["x_max"], force, impulse,
-                   float(window) if np.isfinite(window) else None, together)
-
-
-def stretches(time, holds):
-    """Rows (begin, end) of the times over which `holds` is true; a row tells of the time since the one before it."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(int)))
-    first, last = edges[::2], edges[1::2] - 1
-    return np.column_stack([time[np.maximum(first - 1, 0)], time[last]]) if len(first) else np.empty((0, 2))
-
-
-def read_records(file, folder, name, columns, finished):
-    """Impacts or rests: from results.h5 once the run is finished, before that from the CSV file, which is complete."""
-    csv = folder / f"{name}.csv"
-    if name in file and (finished or not csv.exists()):
-        records = file[name][()]
-        if records.dtype.names is None or any(column not in records.dtype.names for column in columns):
-            raise UserError(f"{folder}/results.h5: /{name} lacks one of the columns {', '.join(columns)}")
-        return {column: records[column] for column in columns}
-    return read_csv(csv, [column if column != "release" else "event" for column in columns])
-
-
 def read_gauge_names(options, gauges):
     """Those at junctions come last."""
     names = [name.strip() for name in options.get("gauge_junction", "").split(",") if name.strip()]
@@ -269,11 +196,6 @@ def read_supports(file, x):
             face = np.interp(outline, *ground)
         supports.append(Support(name, low, high, position, height, side, is_floor, outline, face, box=box))
     return supports
-
-
-def text_of(dataset, name, otherwise):
-    text = dataset.attrs.get(name, otherwise)
-    return text.decode() if isinstance(text, bytes) else str(text)
 
 
 def read_envelope(group, points, cells):
@@ -334,76 +256,79 @@ def end_of_contact(run, begin):
 
 def read_run(folder, with_fields, with_tables=True):
     """`with_tables` off: what does not grow with the length of the run; tables stay empty."""
-    folder = pathlib.Path(folder)
-    path = folder / "results.h5"
-    if not folder.is_dir():
-        raise UserError(f"{folder}: no such folder")
-    if not path.is_file():
-        raise UserError(f"{folder}: not a run folder of udar, it has no results.h5")
-    try:
-        with h5py.File(path, "r") as file:
-            x = np.atleast_1d(file["x"][()])
-            if len(x) < 2:
-                raise UserError(f"{path}: /x has fewer than two nodes")
-            summary = read_summary(folder / "summary.json")
-            finished = bool(summary)
-            options = read_options(file)
-            by_modes = options.get("ts_type") == "modal" and "filter_frequency" not in file.attrs
-            gauge_node = np.atleast_1d(file["gauge_node"][()]).astype(int)
-            run = Run(
-                folder=folder,
-                options=options,
-                summary=summary,
-                filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
-                elements=int(np.ravel(file.attrs["elements"])[0]),
-                x=x,
-                place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
-                gauge_node=gauge_node,
-                supports=read_supports(file, x),
-                gauges={}, strikers={}, energy={},
-                impacts=read_records(file, folder, "impacts", IMPACT_COLUMNS, finished) if with_tables else {},
-                rests=read_records(file, folder, "rests", REST_COLUMNS, finished) if with_tables else {},
-                finished=finished and bool(summary.get("completed", True)),
-                structure=text_of(file, "structure", "beam"),
-                gauge_names=read_gauge_names(options, len(gauge_node)))
-            numbers = file["node"][()] if "node" in file else np.arange(len(x))
-            if not np.isin(run.gauge_node, numbers).all():
-                raise UserError(f"{path}: /gauge_node names a node that /x does not have")
-            run.gauge_node = np.searchsorted(numbers, run.gauge_node)
-            if not with_tables:
-                return run
-            for table in (run.impacts, run.rests):
-                table["node"] = np.searchsorted(numbers, table["node"])
-            for table in (run.impacts, run.rests):
-                if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
-                    raise UserError(f"{path}: an impact or rest names a support that is not in /support_position")
-            run.contact = read_contact(folder, file)
-            if run.contact is not None and run.contact.force.shape[1] not in (1, len(run.supports)):
-                raise UserError(f"{folder}/contact.csv: forces of {run.contact.force.shape[1]} supports, "
-                                f"results.h5 has {len(run.supports)}")
-            if "supports/lift" in file:
-                lift = file["supports/lift"][()]
-                run.lift = file["contact"]["time"][:len(lift)], lift
-            if with_fields and run.along_line:
-                read_instants(file, run)
-                run.cells = file["cells"][()].reshape(len(file["cells"]), -1)
-                if "envelope" in file:
-                    run.envelope = read_envelope(file["envelope"], len(x), len(run.cells))
-                for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
-                    if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
-                        raise UserError(f"{path}: /fields/{name} does not have one value per node of /x")
-    except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
-        raise UserError(f"{path}: cannot be read: {first_line(error)}") from None
+    files = RunFiles(folder)
+    with files.results() as file:
+        run = read_motion(files, file, with_tables)
+        if not with_tables:
+            return run
+        if with_fields and run.along_line:
+            read_line(files, file, run)
     columns = [f"{kind}_{k}" for k in range(len(run.gauge_node)) for kind in ("mass", "line")]
-    if len(run.gauge_node):
-        run.gauges = read_csv(folder / "gauges.csv", ["time", *columns])
-    else:
-        run.gauges = {"time": np.empty(0)}
+    run.gauges = files.table("gauges", ["time", *columns]) if len(run.gauge_node) else {"time": np.empty(0)}
     struck = sum(support.striker is not None for support in run.supports)
-    run.strikers = (read_csv(folder / "strikers.csv", ["time", *(f"position_{k}" for k in range(struck))]) if struck
-                    else {})
-    run.energy = read_csv(folder / "energy.csv", ["time", "drift", *ENERGY_COLUMNS])
+    run.strikers = files.table("strikers", ["time", *(f"position_{k}" for k in range(struck))]) if struck else {}
+    run.energy = files.table("energy", ["time", "drift", *ENERGIES])
     return run
+
+
+def read_motion(files, file, with_tables):
+    """What results.h5 and contact.csv have of a run, but for its fields."""
+    x = np.atleast_1d(file["x"][()])
+    if len(x) < 2:
+        raise UserError(f"{files.path}: /x has fewer than two nodes")
+    options = read_options(file)
+    by_modes = options.get("ts_type") == "modal" and "filter_frequency" not in file.attrs
+    gauge_node = np.atleast_1d(file["gauge_node"][()]).astype(int)
+    run = Run(
+        folder=files.folder,
+        options=options,
+        summary=files.summary,
+        filter_frequency=np.nan if by_modes else float(np.ravel(file.attrs["filter_frequency"])[0]),
+        elements=int(np.ravel(file.attrs["elements"])[0]),
+        x=x,
+        place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
+        gauge_node=gauge_node,
+        supports=read_supports(file, x),
+        gauges={}, strikers={}, energy={},
+        impacts=files.records(file, "impacts", IMPACT_COLUMNS) if with_tables else {},
+        rests=files.records(file, "rests", REST_COLUMNS) if with_tables else {},
+        finished=files.finished,
+        structure=text_of(file, "structure", "beam"),
+        gauge_names=read_gauge_names(options, len(gauge_node)),
+        contact=files.contact(file) if with_tables else None)
+    number_by_rows(files, file, run)
+    if not with_tables:
+        return run
+    if run.contact is not None and run.contact.force.shape[1] not in (1, len(run.supports)):
+        raise UserError(f"{files.folder}/contact.csv: forces of {run.contact.force.shape[1]} supports, "
+                        f"results.h5 has {len(run.supports)}")
+    if "supports/lift" in file:
+        lift = file["supports/lift"][()]
+        run.lift = file["contact"]["time"][:len(lift)], lift
+    return run
+
+
+def number_by_rows(files, file, run):
+    """Nodes of gauges, impacts and rests by their row in the file, in place of the user's number."""
+    numbers = file["node"][()] if "node" in file else np.arange(len(run.x))
+    if not np.isin(run.gauge_node, numbers).all():
+        raise UserError(f"{files.path}: /gauge_node names a node that /x does not have")
+    run.gauge_node = np.searchsorted(numbers, run.gauge_node)
+    for table in filter(None, (run.impacts, run.rests)):
+        table["node"] = np.searchsorted(numbers, table["node"])
+        if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
+            raise UserError(f"{files.path}: an impact or rest names a support that is not in /support_position")
+
+
+def read_line(files, file, run):
+    """Instants and envelopes of a beam."""
+    read_instants(file, run)
+    run.cells = file["cells"][()].reshape(len(file["cells"]), -1)
+    if "envelope" in file:
+        run.envelope = read_envelope(file["envelope"], len(run.x), len(run.cells))
+    for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
+        if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
+            raise UserError(f"{files.path}: /fields/{name} does not have one value per node of /x")
 
 
 def rest_intervals(run):

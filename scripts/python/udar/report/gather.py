@@ -7,7 +7,8 @@ import numpy as np
 
 from ..curves import with_unit
 from ..palette import ENERGY_LINES, SELDOM
-from ..results import Run, Support, read_options, read_run, read_summary
+from ..files import read_options, read_summary
+from ..results import Run, Support, read_run
 from ..tools import UserError, first_line
 from . import events, fields
 from .spectra import gather_spectra
