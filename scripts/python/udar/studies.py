@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib import ticker
 
 from .curves import prefixed
-from .palette import GREY, SERIES, SUPPORT_GREY
-from .style import Pen, Ticks, choose_units, name_axis, say_empty, with_title
+from .palette import SERIES
+from .style import GREY, SUPPORT_GREY, Pen, Ticks, choose_units, name_axis, say_empty, with_title
 from .tools import UserError, first_line
 
 DESIGNED = ("peak_force", "max_moment", "max_stress", "utilisation", "sag", "penetration", "rebound_velocity",

@@ -6,8 +6,8 @@ import h5py
 import numpy as np
 
 from ..curves import with_unit
-from ..palette import ENERGY_LINES, SELDOM
 from ..files import read_options, read_summary
+from ..palette import ENERGY_LINES, SELDOM
 from ..results import Run, Support, read_run
 from ..tools import UserError, first_line
 from . import events, fields
