@@ -63,9 +63,9 @@ enum class Design {
 struct Request {
   std::vector<std::string> axes;  ///< keys besides `kAxisKeys` that are axes
   Design design = Design::grid;
-  std::vector<Variable> variables;  ///< of a design study, which has no other axes; empty: a convergence study
-  PetscInt samples = 0;             ///< of a design that takes them
-  PetscInt seed = 1;                ///< of these
+  std::vector<Variable> variables{};  ///< of a design study, which has no other axes; empty: a convergence study
+  PetscInt samples = 0;               ///< of a design that takes them
+  PetscInt seed = 1;                  ///< of these
 
   [[nodiscard]] bool samples_taken() const { return design == Design::latin || design == Design::random; }
 };
