@@ -206,7 +206,7 @@ class Decimation(ReportTest):
                             "return [largest([speed]), sum(count), sum(impulse), count.length]")
         self.assertEqual(marks[:3], [9.0, 300_000.0, 150_000.0])
         self.assertLess(marks[3], 20_000)
-        self.assertIn("300000 impacts, counted in cells of", self.seen("contacts"))
+        self.assertIn("300\u202f000 impacts, counted in cells of", self.seen("contacts"))
         self.assertIn("Of each 100 successive rows", self.seen("gauges"))
         self.assertLess(len(self.text), 4_000_000)
 

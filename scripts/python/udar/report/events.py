@@ -45,10 +45,10 @@ class Grid:
         return 0.5 * (self.x_edges[row] + self.x_edges[np.asarray(row) + 1])
 
 
-def table_of(file, folder, name, finished):
-    """Impacts or rests: of results.h5 once the run is finished, before that of the CSV file, which is complete."""
+def table_of(file, folder, name, ended):
+    """Impacts or rests: of results.h5 once the run has ended, before that of the CSV file, which is complete."""
     csv = folder / f"{name}.csv"
-    if file is not None and name in file and (finished or not csv.exists()):
+    if file is not None and name in file and (ended or not csv.exists()):
         return RecordTable(file[name])
     return CsvTable(csv)
 

@@ -207,15 +207,15 @@ class Gatherer:
         sheet, run = self.sheet, self.sheet.run
         x = run.x if len(run.x) else np.array([0.0, 1.0])
         grid = events.Grid.over(sheet.begin, sheet.end, x)
-        tables = {name: events.table_of(self.file, self.folder, name, run.finished) for name in ("impacts", "rests")}
-        impacts, cell, hit = events.gather_impacts(tables["impacts"], grid)
-        rests, bore = events.gather_rests(tables["rests"], grid)
+        hits, stays = (events.table_of(self.file, self.folder, name, bool(run.summary))
+                       for name in ("impacts", "rests"))
+        impacts, cell, hit = events.gather_impacts(hits, grid)
+        rests, bore = events.gather_rests(stays, grid)
         table, columns = self.force_table("impulse")
         spans = events.gather_spans(table, columns, (sheet.end - sheet.begin) / PARTS if len(columns) > 20 else 0.0)
         together = columns == ["impulse"]
         told = np.isin(spans[:, 0], np.union1d(hit, bore)) & (not together)
-        sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": len(tables["impacts"]),
-                         "rest_count": len(tables["rests"]), "together": together,
+        sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": len(hits), "together": together,
                          "spans": dict(zip(("support", "t0", "t1", "impulse"), spans[~told].T)),
                          "all_spans": spans}
 

@@ -14,7 +14,7 @@ from ..palette import ENERGY_LINES, SERIES
 from ..results import match_gauge, run_labels
 from .faces import support_faces
 from .sketch import sketch_of
-from .verdict import judge, key_results
+from .verdict import judge, key_results, spaced
 
 MOST_TOUCHES = 40        # rows of a table of touches
 SCRIPTS = ("core", "curves", "contacts", "line", "space", "main")
@@ -228,8 +228,8 @@ def impact_table(sheet):
                  "energy lost [J]"]
         rows = [[f"{time / scale:.6g}", f"{node:.0f}", f"{x:.4g}", short_name(sheet.run, int(support)),
                  *(f"{value:.4g}" for value in rest)] for time, node, x, support, *rest in zip(*columns.values())]
-        return {"title": f"The first {len(rows)} of {sheet.contact['count'] if sheet.contact else len(rows)} impacts",
-                "heads": heads, "rows": rows}
+        count = sheet.contact["count"] if sheet.contact else len(rows)
+        return {"title": f"The first {len(rows)} of {spaced(count)} impacts", "heads": heads, "rows": rows}
     if sheet.contact is None or not len(sheet.contact["all_spans"]):
         return None
     spans = sheet.contact["all_spans"]
@@ -265,7 +265,7 @@ def cost_of(sheet):
     total = sum(value for value in own.values() if value)
     bars = [{"label": label, "seconds": f"{own[name]:.3g} s", "share": 100.0 * own[name] / total}
             for name, label in STAGES if own.get(name)] if total else []
-    rows = [(label, f"{summary[key]:,}".replace(",", " ")) for key, label in
+    rows = [(label, spaced(summary[key])) for key, label in
             (("ranks", "Ranks"), ("steps", "Steps"), ("line_solves", "Line solves"), ("impacts", "Impacts"),
              ("rests", "Rests")) if key in summary]
     wall = (summary.get("wall_seconds") or {}).get("total")

@@ -16,6 +16,11 @@ def percent(share):
     return f"{100.0 * share:.2g} %" if abs(share) < 0.995 else f"{100.0 * share:.0f} %"
 
 
+def spaced(count):
+    """A whole number in groups of three digits."""
+    return f"{count:,}".replace(",", "\u202f")
+
+
 def finite(value):
     return value is not None and np.isfinite(value)
 
@@ -205,5 +210,5 @@ def key_results(sheet):
              (("First contact", "first_contact_time"), ("Last contact", "last_contact_time"))
              if finite(summary.get(key))]
     if sheet.contact is not None and sheet.contact["count"]:
-        times.append(("Impacts", f"{sheet.contact['count']}"))
+        times.append(("Impacts", spaced(sheet.contact["count"])))
     return [*times, *peaks_of_forces(sheet), *peaks_of_fields(sheet), *rebound(sheet), *energy_at_end(sheet)]

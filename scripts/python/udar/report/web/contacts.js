@@ -28,7 +28,7 @@ function contactChart(parent, run, shareOf) {
   const { impacts, rests, spans } = run.contact;
   const room = 0.04 * (run.x[1] - run.x[0] || 1);
   const words = [];
-  if (run.contact.count) words.push(`${run.contact.count} impacts`);
+  if (run.contact.count) words.push(`${spaced(run.contact.count)} impacts`);
   if (spans.t0?.length) words.push("forces of supports");
   if (!words.length && !rests.t0.length) words.push("no contact");
   if (run.contact.cell) {
@@ -98,12 +98,14 @@ function drawMarks(u, run, shareOf) {
   const order = run.contact.order ||= Uint32Array.from(impacts.speed.keys())
     .sort((i, j) => impacts.speed[i] - impacts.speed[j]);
   const size = Math.max(2.2, Math.min(5, 90 / Math.sqrt(order.length + 1))) * dot;
+  let level = -1; // of 64 colours; in the order of speed they change 64 times
   for (const i of order) {
     const x = px(impacts.t[i]), y = py(impacts.x[i]);
     if (x < left - size || x > left + width + size) continue;
-    pen.fillStyle = warm(shareOf(impacts.speed[i]));
+    const own = Math.round(63 * shareOf(impacts.speed[i]));
+    if (own !== level) [level, pen.fillStyle] = [own, warm(own / 63)];
     if (cell) {
-      pen.fillRect(x - wide / 2, y - high / 2, wide, high);
+      pen.fillRect(x - wide / 2, y - high / 2, wide + dot, high + dot); // no seams between cells
     } else {
       pen.beginPath();
       pen.arc(x, y, size, 0, 7);
@@ -143,7 +145,7 @@ function tellNearest(u, run) {
   const count = impacts.count[best];
   const [speed, impulse] = [show(impacts.speed[best], "m/s"), show(impacts.impulse[best], "N s")];
   u.tip.textContent = `t = ${show(impacts.t[best], "s", 6)}, x = ${show(impacts.x[best], "m")}: ` +
-    (count > 1 ? `${count} impacts up to ${speed}, in all ${impulse}` : `${speed}, ${impulse}`);
+    (count > 1 ? `${spaced(count)} impacts up to ${speed}, in all ${impulse}` : `${speed}, ${impulse}`);
   u.tip.style.left = `${Math.min(left + 12, u.over.clientWidth - u.tip.offsetWidth - 4)}px`;
   u.tip.style.top = `${Math.max(0, top - 28)}px`;
 }

@@ -38,6 +38,8 @@ function show(value, unit, digits = 4) {
   return `${Number((value / scale).toPrecision(digits))}${name === "-" ? "" : ` ${name}`}`;
 }
 
+const spaced = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+
 function span(arrays) {
   let low = Infinity, high = -Infinity;
   for (const values of arrays) {
