@@ -104,6 +104,21 @@ void check_axles(const CaseInput& input) {
   }
 }
 
+/// What knows nothing of a beam that yields.
+void check_yielding(const CaseInput& input) {
+  if (!input.structure.beam() || !input.beam.beam.yields()) {
+    return;
+  }
+  if (!input.contact.strikers.empty()) {
+    throw InputError{"option -beam_yield_moment is not allowed with -striker_position"};
+  }
+  if (input.filter.exact.any()) {
+    throw InputError{
+        "option -beam_yield_moment is not allowed with -filter_correct_modes and -filter_correct_mode: modes of a beam "
+        "that stays elastic are none of one that yields"};
+  }
+}
+
 /// What knows nothing of strikers.
 void check_strikers(const CaseInput& input) {
   if (input.contact.strikers.empty()) {
@@ -197,6 +212,7 @@ CaseInput read_case(MPI_Comm comm) {
   check_space(input);
   check_axles(input);
   check_strikers(input);
+  check_yielding(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   return input;
 }

@@ -19,7 +19,7 @@ void MonitorTable::snapshot(const Snapshot& state) {
   UDAR_CALL(PetscPrintf(comm_, "%12.6g %12.5g %12.5g %14.5g %12.5g %15.6g %8.0e\n", state.time, energy.kinetic,
                         energy.line_strain + energy.fictitious_springs + energy.support_springs,
                         energy.load_potential - energy.initial_potential,
-                        energy.lost_in_impacts + energy.lost_in_dampers + energy.radiated,
+                        energy.lost_in_impacts + energy.lost_in_dampers + energy.lost_in_hinges + energy.radiated,
                         std::reduce(state.support_impulse.begin(), state.support_impulse.end()), energy.drift()));
   std::fflush(PETSC_STDOUT);
 }

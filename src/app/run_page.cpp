@@ -102,6 +102,7 @@ constexpr std::array kShown{Shown{"max_moment", "moment", "N m"},
                             Shown{"max_elastic_force", "elastic force", "N"},
                             Shown{"max_bending_stress", "stress", "Pa"},
                             Shown{"max_utilisation", "utilisation", ""},
+                            Shown{"plastic_rotation", "left in a hinge", "rad"},
                             Shown{"max_deflection", "deflection", "m"},
                             Shown{"max_displacement", "displacement", "m"}};
 
@@ -170,6 +171,7 @@ void add_energies(const io::Summary& summary, std::ostringstream& page) {
                     {"springs of supports", energy.support_springs},
                     {"lost in impacts", energy.lost_in_impacts},
                     {"lost in dampers", energy.lost_in_dampers},
+                    {"lost in hinges", energy.lost_in_hinges},
                     {"radiated", energy.radiated}}));
   add_line(page, "brought in",
            text_of({{"by gravity and loads", energy.load_work - (energy.load_potential - energy.initial_potential)},

@@ -1,5 +1,6 @@
 #include "app/run_report.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -100,6 +101,18 @@ std::vector<std::pair<std::string, std::optional<io::Peak>>> peaks_of(const Stru
   return all;
 }
 
+/// The largest that is left.
+std::optional<io::Peak> plastic_rotation(const HingedLine& hinges, const BeamChain& beam, double time) {
+  std::optional<io::Peak> most;
+  for (std::size_t i = 0; i < hinges.hinges().size(); ++i) {
+    const double size = std::abs(hinges.rotations()[i]);
+    if (!most || size > most->value) {
+      most = {.value = size, .x = beam.position(hinges.hinges()[i].node), .time = time};
+    }
+  }
+  return most;
+}
+
 }  // namespace
 
 io::Summary gather_summary(const Case& input, FilteredStructure& line, const ImpactDynamics& dynamics,
@@ -124,6 +137,9 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
   summary.counts = counts_of(dynamics.counts());
   summary.contact = contact_of(input, dynamics, output);
   summary.peaks = peaks_of(line.structure(), output);
+  if (const HingedLine* hinges = dynamics.hinges(); hinges != nullptr) {
+    summary.peaks.emplace_back("plastic_rotation", plastic_rotation(*hinges, *beam, dynamics.time()));
+  }
   if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
     summary.peaks.emplace_back("height_field_error", errors->worst(field_tolerance(input, dynamics)).peak);
   }
@@ -144,7 +160,9 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
   if (dynamics.completed() && dynamics.counts().first_contact_time < 0.0) {
     warn_of_no_contact(input, line.structure());
   }
-  warn_of_yielding(comm, output.peaks());
+  if (dynamics.hinges() == nullptr) {
+    warn_of_yielding(comm, output.peaks());
+  }
   if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
     warn_of_field(line.points(), *errors, field_tolerance(input, dynamics));
   }

@@ -60,6 +60,9 @@ void add_structure(Description& built, const FilteredStructure& line) {
     }
     built.add("section moduli I/c [m^3], 0: not known", rounded(modulus));
     built.add("yield stress [Pa], 0: not known", rounded(yields));
+    if (beam->parameters().yields()) {
+      built.add("plastic hinges", static_cast<double>(beam->plastic_hinges().size()));
+    }
   } else if (const Network* network = line.structure().network(); network != nullptr) {
     const NetworkSize size = size_of(*network);
     built.add("extent", size.extent);

@@ -24,6 +24,11 @@ constexpr const char* kEvaluations = "rhs_evaluations";
 constexpr const char* kRowLineSolves = "row_line_solves";
 constexpr const char* kLineSolves = "line_solves";
 /// @}
+/// @name Of the plastic hinges in a restart file.
+/// @{
+constexpr const char* kRotations = "hinge_rotations";
+constexpr const char* kTurned = "hinge_turned";
+/// @}
 const std::string kCounted = "counted ";  ///< before these names in a restart file
 
 using petsc::ReadArray;
@@ -63,6 +68,7 @@ void save_contact(const ContactState& contact, std::size_t nodes, MotionState& s
                         {"support_work", counts.work},
                         {"lost_in_dampers", counts.damped},
                         {"radiated", counts.radiated},
+                        {"lost_in_hinges", counts.yielded},
                         {"line_gap", gap.gap},
                         {"line_gap_x", gap.x},
                         {"line_gap_time", gap.time}});
@@ -105,6 +111,7 @@ void restore_contact(MPI_Comm comm, const MotionState& state, std::size_t nodes,
   counts.work = state.scalar("support_work");
   counts.damped = state.scalar("lost_in_dampers");
   counts.radiated = state.scalar("radiated");
+  counts.yielded = state.scalar("lost_in_hinges");
   ContactTotals totals{
       .counts = counts,
       .impulses = impulses->second,
@@ -195,6 +202,9 @@ std::vector<FieldInfo> ImpactDynamics::fields() const {
   const auto internal = model_->line.filter_operator().internal_fields();
   std::vector<FieldInfo> all{kMotionFields.begin(), kMotionFields.end()};
   all.insert(all.end(), internal.begin(), internal.end());
+  if (model_->equations.hinges() != nullptr) {
+    all.push_back(kRotationField);
+  }
   all.push_back(kRestingField);
   return all;
 }
@@ -209,6 +219,9 @@ std::vector<Field> ImpactDynamics::fields_of(const Row& row) const {
   for (const FieldInfo& field : filter.internal_fields()) {
     all.push_back({field, values.first(filter.internal_places())});
     values = values.subspan(filter.internal_places());
+  }
+  if (model_->equations.hinges() != nullptr) {
+    all.push_back({kRotationField, Numbers{row.rotation}});
   }
   all.push_back({kRestingField, std::span<const std::uint8_t>{row.resting}});
   return all;
@@ -250,8 +263,13 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   row.resting.resize(count());
   step.masses(time, row.masses.position, row.masses.velocity, row.resting);
   const PetscInt solves = model_->line.solves();
-  model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true);
+  model_->equations.evaluate({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line, true,
+                             step.rotations(time));
   counters_.row_line_solves += model_->line.solves() - solves;
+  if (const HingedLine* hinges = model_->equations.hinges(); hinges != nullptr) {
+    row.rotation.resize(count());
+    hinges->spread(row.line.rotation, row.rotation);
+  }
   const FilterOperator& filter = model_->line.filter_operator();
   row.internal.resize(filter.internal_fields().size() * filter.internal_places());
   filter.internal_values(row.line.moment, row.internal);
@@ -516,6 +534,10 @@ MotionState ImpactDynamics::save() const {
     saved.scalars[kCounted + name] = static_cast<double>(number);
   }
   save_contact(contact_, count(), saved);
+  if (const HingedLine* hinges = model_->equations.hinges(); hinges != nullptr) {
+    saved.tables[kRotations].assign(hinges->rotations().begin(), hinges->rotations().end());
+    saved.tables[kTurned].assign(hinges->turned().begin(), hinges->turned().end());
+  }
   balance_.save(saved);
   stepping_.integrator->save(saved);
   for (const Observer* observer : schedule_.observers()) {
@@ -547,6 +569,9 @@ void ImpactDynamics::restore(const MotionState& state) {
   last_row_time_ = state.scalar("last_row_time");
   wanted_step_ = state.scalar("wanted_step");
   steps_ = static_cast<PetscInt>(state.scalar("steps"));
+  if (HingedLine* hinges = model_->equations.hinges(); hinges != nullptr) {
+    hinges->restore(state.table(kRotations), state.table(kTurned));
+  }
   balance_.restore(state);
   restore_contact(comm, state, count(), contact_);
   UDAR_CALL(TSSetTime(stepping_.ts, time_));

@@ -37,6 +37,8 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contact
   return std::make_unique<LineContact>(line, contacts, static_cast<std::size_t>(contact.line_dense_max));
 }
 
+bool yields(const ModelParameters& parameters) { return parameters.is_beam() && parameters.beam.yields(); }
+
 std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParameters& parameters) {
   if (parameters.imported) {
     return std::make_unique<ImportedStructure>(comm, *parameters.imported);
@@ -65,7 +67,12 @@ Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::functi
       initial{checked(structure->points(), parameters.initial)},
       contacts{find_contacts(structure->points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},
-      equations{prepared(line, prepare), loads, initial, parameters.damping, line_contact(line, contacts, contact),
-                parameters.damping_ratio} {}
+      equations{prepared(line, prepare),
+                loads,
+                initial,
+                parameters.damping,
+                line_contact(line, contacts, contact),
+                parameters.damping_ratio,
+                yields(parameters)} {}
 
 }  // namespace udar

@@ -171,11 +171,8 @@ void FilteredStructure::correct_internal(std::span<const FilterColumn> columns) 
   }
 }
 
-void FilteredStructure::internal_of(std::span<const double> displacement, std::span<double> internal) {
-  const FilterColumn given{.displacement = displacement.data()};
-  const double* of_unknowns =
-      framed_.none() ? given.displacement : framed_.of_unknowns({&given, 1}).front().displacement;
-  operator_->internal_of({of_unknowns, displacement.size()}, internal);
+void FilteredStructure::internal_of(const FilterColumn& column) {
+  operator_->internal_of(framed_.none() ? column : framed_.of_unknowns({&column, 1}).front());
 }
 
 void FilteredStructure::correct(std::vector<CorrectedMode> modes) {
@@ -191,7 +188,8 @@ void FilteredStructure::solve_filtered(std::span<const FilterColumn> columns) {
 }
 
 void FilteredStructure::solve_unknowns(std::span<const FilterColumn> columns) {
-  if (columns_ != nullptr) {
+  const bool kinked = std::ranges::any_of(columns, [](const FilterColumn& column) { return column.kink != nullptr; });
+  if (columns_ != nullptr && !kinked) {
     return solve_by_columns(columns);
   }
   if (columns.size() > 1 && operator_->definite()) {

@@ -55,7 +55,7 @@ void HermiteLine::unknowns_of(const FilterColumn& /*column*/, std::span<double> 
   throw InputError{"the Hermite form is not solved by columns: its rotations are not among what a column has"};
 }
 
-void HermiteLine::internal_of(std::span<const double> /*displacement*/, std::span<double> /*internal*/) {
+void HermiteLine::internal_of(const FilterColumn& /*column*/) {
   throw InputError{"beam formulation: `filter frequency` none needs mixed, which has the moments of a given line"};
 }
 

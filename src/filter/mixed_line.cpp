@@ -63,7 +63,8 @@ void MixedLine::right_hand_side(const FilterColumn& column, std::span<double> va
     const double force = column.force != nullptr ? column.force[i] : 0.0;
     const double ground = spring(i) - line.filter_stiffness[i];
     values[2 * i] = scale[2 * i] * (force - ground * own + tension * bend);
-    values[2 * i + 1] = -scale[2 * i + 1] * bend;
+    const double kink = column.kink != nullptr ? column.kink[i] : 0.0;
+    values[2 * i + 1] = -scale[2 * i + 1] * (bend - kink);
     slope_left = slope_right;
   }
 }
@@ -109,13 +110,13 @@ void MixedLine::create_moment_solver() {
   UDAR_CALL(KSPSetUp(moment_solver_));
 }
 
-void MixedLine::internal_of(std::span<const double> displacement, std::span<double> internal) {
+void MixedLine::internal_of(const FilterColumn& column) {
   const std::size_t count = mass().size();
   if (moment_solver_ == nullptr) {
     create_moment_solver();
   }
   std::vector<double> all(2 * count);
-  right_hand_side({.displacement = displacement.data()}, all);
+  right_hand_side({.displacement = column.displacement, .kink = column.kink}, all);
   {
     const petsc::WriteArray right{moment_right_};
     for (std::size_t i = 0; i < count; ++i) {
@@ -131,7 +132,7 @@ void MixedLine::internal_of(std::span<const double> displacement, std::span<doub
   }
   const petsc::ReadArray solution{moment_unknowns_};
   for (std::size_t i = 0; i < count; ++i) {
-    internal[i] = solution.values()[i] * terms().scale[2 * i + 1];
+    column.internal[i] = solution.values()[i] * terms().scale[2 * i + 1];
   }
 }
 

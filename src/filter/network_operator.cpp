@@ -365,17 +365,17 @@ void NetworkOperator::unknowns_of(const FilterColumn& column, std::span<double> 
   }
 }
 
-void NetworkOperator::internal_of(std::span<const double> displacement, std::span<double> internal) {
+void NetworkOperator::internal_of(const FilterColumn& column) {
   // The line then stands off its masses by 1e-12 of their displacements against each other at the most.
   constexpr double kFarAbove = 1e6;
   if (held_network_ == nullptr) {
     held_network_ = std::make_unique<NetworkSolver>(*network_, kFarAbove * std::sqrt(network_->largest_ratio()));
   }
-  std::vector<double> stretch(displacement.size());
-  const FilterColumn column{
-      .displacement = displacement.data(), .stretch = stretch.data(), .internal = internal.data()};
-  held_network_->solve({&column, 1});
-  std::ranges::copy(displacement, internal.begin() + static_cast<std::ptrdiff_t>(displacement.size()));
+  const std::size_t points = mass().size();
+  std::vector<double> stretch(points);
+  const FilterColumn held{.displacement = column.displacement, .stretch = stretch.data(), .internal = column.internal};
+  held_network_->solve({&held, 1});
+  std::copy_n(column.displacement, points, column.internal + points);
 }
 
 /// Displacements and rotations of the junctions that members of this rank end at; what is held stays.

@@ -61,7 +61,7 @@ double ScaledOperator::largest_unknown(const double* displacement) const {
   return largest;
 }
 
-void ScaledOperator::internal_of(std::span<const double> /*displacement*/, std::span<double> /*internal*/) {
+void ScaledOperator::internal_of(const FilterColumn& /*column*/) {
   throw InputError{"filter frequency: none is not for assembled matrices: they are not integrated without a filter"};
 }
 

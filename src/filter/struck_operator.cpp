@@ -121,9 +121,8 @@ std::span<const double> StruckOperator::own_internal(std::span<const double> int
   return internal.first(internal_numbers() * points_->own_points());
 }
 
-void StruckOperator::internal_of(std::span<const double> displacement, std::span<double> internal) {
-  structure_->internal_of({columns_.displacement(displacement.data()), points_->own_points()},
-                          internal.first(internal_numbers() * points_->own_points()));
+void StruckOperator::internal_of(const FilterColumn& column) {
+  structure_->internal_of({.displacement = columns_.displacement(column.displacement), .internal = column.internal});
 }
 
 std::size_t StruckOperator::internal_places() const {

@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 14> kFeatureNames{{
+constexpr std::array<FeatureName, 17> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -46,6 +46,11 @@ constexpr std::array<FeatureName, 14> kFeatureNames{{
     {Feature::contact_laws, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::strikers, "striker mass", "masses that strike the structure (`striker mass`)", "none"},
+    {Feature::yielding_held, "contact surface", "plastic hinges in a line that supports hold (`contact surface` line)",
+     "mass"},
+    {Feature::yielding, "beam yield moment", "a beam that yields (`beam yield moment`)", "inf [N m]"},
+    {Feature::many_hinges, "beam hinge position", "more than 8 plastic hinges (`beam hinge position`)",
+     "up to 8 places [m]"},
 }};
 
 /// "a, b or c".
@@ -206,6 +211,10 @@ Features needed_features(const ImpactProblem& problem) {
   needed.add(Feature::mass_damping, equations.damping().mass != 0.0);
   needed.add(Feature::stiffness_damping, equations.damping().stiffness != 0.0);
   needed.add(Feature::modal_damping, !equations.damping_ratio().empty());
+  const HingedLine* const hinges = equations.hinges();
+  needed.add(Feature::yielding, hinges != nullptr);
+  needed.add(Feature::many_hinges, hinges != nullptr && hinges->hinges().size() > kFewPoints);
+  needed.add(Feature::yielding_held, hinges != nullptr && on_line);
   needed.add(Feature::strikers, !equations.points().strikes().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);

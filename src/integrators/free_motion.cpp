@@ -58,10 +58,10 @@ std::vector<double> bessel(double z, std::size_t pairs) {
 
 }  // namespace
 
-FreeMotion::FreeMotion(FilteredStructure& line, HeldLine* held)
+FreeMotion::FreeMotion(FilteredStructure& line, AlteredLine* held)
     : line_{&line},
       held_{held},
-      bound_{held != nullptr ? held->contact().frequency_bound() : line.frequency_bound()},
+      bound_{held != nullptr ? held->frequency_bound() : line.frequency_bound()},
       gain_{line.filter_frequency() * line.filter_frequency() / (bound_ * bound_)},
       count_{line.mass().size()} {}
 

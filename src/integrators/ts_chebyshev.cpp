@@ -13,6 +13,7 @@
 #include "udar/integrators/problem_integrator.hpp"
 #include "udar/integrators/series_search.hpp"
 #include "udar/integrators/touching_points.hpp"
+#include "udar/integrators/yielding_hinges.hpp"
 #include "udar/motion/finite.hpp"
 #include "udar/numerics/bernstein.hpp"
 #include "udar/numerics/roots.hpp"
@@ -66,6 +67,9 @@ class Chebyshev final : public ProblemIntegrator {
     require_finite(*equations_, next_.position, next_.velocity, begin_);
     resting_before_ = contact_->resting_supports();
     track_contact();
+    if (hinges_) {
+      hinges_->end_step(*motion_, length_);
+    }
     LineState line;
     equations_->evaluate({end, begin_}, next_.position, line);
     line_before_ = std::exchange(line_, std::move(line));
@@ -79,6 +83,7 @@ class Chebyshev final : public ProblemIntegrator {
     if (points_) {
       points_->write_journal(*motion_, length_);
     }
+    contact_->journal().record_flow(flow(end));
     return true;
   }
 
@@ -89,8 +94,25 @@ class Chebyshev final : public ProblemIntegrator {
                                      static_cast<int>(terms_), static_cast<int>(located_)));
   }
 
+  /// Hinges that the line is beyond the bounds of turn at once, before the first row; what that takes is no loss of the
+  /// motion.
+  void settle() override {
+    if (hinges_) {
+      double time = 0.0;
+      UDAR_CALL(TSGetTime(ts_, &time));
+      hinges_->settle(time, state_);
+    }
+  }
+  double follow_loads() override {
+    const double lost = hinges_ ? hinges_->settle(begin_, state_) : 0.0;
+    contact_->journal().record_flow({.yielded = lost});
+    return lost;
+  }
   void start(const LineState& line) override {
     take_up(line);
+    if (hinges_) {
+      hinges_->start(line.time, state_);
+    }
     if (points_) {
       const petsc::ReadArray state{state_};
       points_->start(line_, {state.values(), count_}, {state.values() + count_, count_});
@@ -129,6 +151,15 @@ class Chebyshev final : public ProblemIntegrator {
     return integrals;
   }
 
+  [[nodiscard]] EnergyFlow flow(double until) const override {
+    const double time = std::clamp(until - begin_, 0.0, length_);
+    return {.yielded = hinges_ && stepped() ? hinges_->lost(*motion_, time) : 0.0};
+  }
+  [[nodiscard]] std::vector<double> rotations(double time) const override {
+    return hinges_ && stepped() ? hinges_->rotations(*motion_, std::clamp(time - begin_, 0.0, length_))
+                                : std::vector<double>{};
+  }
+
   [[nodiscard]] std::map<std::string, PetscInt> tally() const override {
     return {{"terms", terms_}, {"steps_to_events", located_}};
   }
@@ -149,6 +180,9 @@ class Chebyshev final : public ProblemIntegrator {
     if (points_) {
       points_->save(state);
     }
+    if (hinges_) {
+      hinges_->save(state);
+    }
   }
   void restore(const MotionState& state) override {
     LineState line = saved_line(state, *equations_, count_);
@@ -160,6 +194,9 @@ class Chebyshev final : public ProblemIntegrator {
     if (points_) {
       points_->restore(state);
     }
+    if (hinges_) {
+      hinges_->restore(state);
+    }
   }
 
  private:
@@ -169,7 +206,13 @@ class Chebyshev final : public ProblemIntegrator {
     if (equations_->line_contact() != nullptr) {
       points_.emplace(*equations_, *contact_, scale_);
     }
-    motion_.emplace(equations_->line(), points_ ? &points_->line() : nullptr);
+    if (equations_->hinges() != nullptr) {
+      hinges_.emplace(*equations_);
+    }
+    AlteredLine* const held = points_   ? static_cast<AlteredLine*>(&points_->line())
+                              : hinges_ ? &hinges_->line()
+                                        : nullptr;
+    motion_.emplace(equations_->line(), held);
     fullest_ = motion_->reach(static_cast<std::size_t>(terms_max_), tolerance_);
   }
   void take_up(const LineState& line) {
@@ -181,6 +224,9 @@ class Chebyshev final : public ProblemIntegrator {
     line_ = line_before_;
     if (points_) {
       points_->take_back();
+    }
+    if (hinges_) {
+      hinges_->take_back();
     }
   }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
@@ -206,6 +252,9 @@ class Chebyshev final : public ProblemIntegrator {
     LoadRate rate = equations_->load_rate(begin_);
     if (points_) {
       points_->begin_step(line_, {start_, count_}, rate);
+    }
+    if (hinges_) {
+      hinges_->begin_step(begin_, {start_, count_}, {start_ + count_, count_}, rate);
     }
     amplitude_rate_ = std::move(rate.amplitude);
     jerk_ = std::move(rate.stretch);
@@ -263,6 +312,9 @@ class Chebyshev final : public ProblemIntegrator {
     } else if (!contact_->supports().empty()) {
       guess = guess_event(step);
     }
+    if (hinges_) {
+      guess = std::min(guess, hinges_->guess(*motion_));
+    }
     std::array<double, std::tuple_size_v<FreeMotion::Sizes> + 1> most{-guess};
     FreeMotion::Sizes sizes = motion_->first_sizes();
     std::ranges::copy(sizes, most.begin() + 1);
@@ -270,7 +322,7 @@ class Chebyshev final : public ProblemIntegrator {
     MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX,
                   equations_->points().comm());
     std::copy(most.begin() + 1, most.end(), sizes.begin());
-    if (contact_->counts().resting == 0 && !(points_ && points_->any())) {
+    if (contact_->counts().resting == 0 && !(points_ && points_->any()) && !(hinges_ && hinges_->any())) {
       motion_->end_if_rigid(sizes, step, 0.0);
     }
     return -most[0];
@@ -288,6 +340,9 @@ class Chebyshev final : public ProblemIntegrator {
     double searched = 0.0;
     for (;;) {
       motion_->extend(terms);
+      if (hinges_) {
+        motion_->answer();  // steps of a beam that does not yield are those of one that cannot
+      }
       const bool all = motion_->rigid() || terms >= static_cast<std::size_t>(terms_max_);
       const double horizon = std::min(reach(), step);
       length_ = horizon;
@@ -312,11 +367,11 @@ class Chebyshev final : public ProblemIntegrator {
     if (points_) {
       return points_->search(*motion_, from, to);
     }
+    double event = hinges_ ? hinges_->search(*motion_, from, to) : kNoEvent;
     if (contact_->supports().empty()) {
-      return kNoEvent;
+      return event;
     }
     search(from, to);
-    double event = kNoEvent;
     for (const Candidate& candidate : candidates_) {
       event = std::min(event, candidate.time);
     }
@@ -512,7 +567,11 @@ class Chebyshev final : public ProblemIntegrator {
     }
   }
 
+  /// Whether there is a step whose motion is known.
+  [[nodiscard]] bool stepped() const { return length_ > 0.0 && motion_->terms() > 0; }
+
   std::optional<TouchingPoints> points_;  // where supports hold the line
+  std::optional<YieldingHinges> hinges_;  // where the line may yield
   PetscInt terms_max_ = 20;
   double fullest_ = 0.0;  // longest step [s]
   std::optional<FreeMotion> motion_;

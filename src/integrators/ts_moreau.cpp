@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "udar/contact/line_contact.hpp"
 #include "udar/integrators/problem_integrator.hpp"
+#include "udar/integrators/yielding_steps.hpp"
 #include "udar/motion/finite.hpp"
 #include "udar/petsc/array.hpp"
 #include "udar/petsc/error.hpp"
@@ -35,7 +37,12 @@ class Moreau final : public ProblemIntegrator {
       guess_[i] = start_[i] + 0.5 * step_ * start_[count_ + i];
       displacement_[i] = guess_[i] - equations_->axis()[i];
     }
-    equations_->line().solve(displacement_, equations_->loads().mean(begin_, begin_ + step_, work_), stretch_, {});
+    const std::span<const double> force = equations_->loads().mean(begin_, begin_ + step_, work_);
+    if (yielding_) {
+      yielding_->predict(displacement_, force, stretch_);
+    } else {
+      equations_->line().solve(displacement_, force, stretch_, {});
+    }
     resolve_contact();
     {
       const petsc::WriteArray end{state_};
@@ -79,7 +86,12 @@ class Moreau final : public ProblemIntegrator {
     const petsc::ReadArray now{state_};
     return {.work = later ? work_in_ : 0.0,
             .damped = later ? damped_ : 0.0,
+            .yielded = later && yielding_ ? yielding_->lost() : 0.0,
             .stored = later || !stepped_ ? stored(now.values(), begin_ + length_) : stored(start_, begin_)};
+  }
+
+  [[nodiscard]] std::vector<double> rotations(double time) const override {
+    return yielding_ ? yielding_->rotations(stepped_ && time - begin_ < 0.5 * length_) : std::vector<double>{};
   }
 
   void save(MotionState& /*state*/) const override {}
@@ -101,8 +113,15 @@ class Moreau final : public ProblemIntegrator {
       contact_nodes_->make_ready();
     }
     force_.resize(contact_nodes_ != nullptr ? contact_nodes_->points().size() : 0);
+    if (equations_->hinges() != nullptr) {
+      yielding_.emplace(*equations_);
+    }
   }
-  void take_back() override {}
+  void take_back() override {
+    if (yielding_) {
+      yielding_->take_back();
+    }
+  }
   void within(double elapsed, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const override {
     // The nearer end of the step: velocities that turn round within it have no mean that keeps energy.
@@ -135,10 +154,22 @@ class Moreau final : public ProblemIntegrator {
   /// stretch d from y + h/2 v-, that is d >= -(h/4)((1 + e) v- - s+ - e s-): the line held off a support, and the
   /// impulse over the step's length is the force.
   void resolve_contact() {
-    if (contact_nodes_ == nullptr) {
-      return;
-    }
     const petsc::LogScope scope{petsc::log_events().contact};
+    const std::vector<double> gaps = contact_gaps();
+    if (yielding_) {
+      in_contact_ = yielding_->resolve(gaps, force_, stretch_);
+    } else if (contact_nodes_ != nullptr) {
+      in_contact_ = contact_nodes_->solve(gaps, force_);
+      const std::array<double*, 1> line{stretch_.data()};
+      contact_nodes_->add(force_, line, {});
+    }
+  }
+
+  /// Of the free line; infinite: the support is not reached.
+  [[nodiscard]] std::vector<double> contact_gaps() const {
+    if (contact_nodes_ == nullptr) {
+      return {};
+    }
     enum Field : std::size_t { guess, velocity, stretch, fields };
     const auto& points = contact_nodes_->points();
     std::vector<double> values;
@@ -164,9 +195,7 @@ class Moreau final : public ProblemIntegrator {
                                     0.25 * step_ * (face.after + e * face.before));
       }
     }
-    in_contact_ = contact_nodes_->solve(gaps, force_);
-    const std::array<double*, 1> line{stretch_.data()};
-    contact_nodes_->add(force_, line, {});
+    return gaps;
   }
 
   /// Of the force r = k s + c s' that a spring with damper has by its sag s in the middle of the step, where it pushes:
@@ -207,6 +236,9 @@ class Moreau final : public ProblemIntegrator {
   void write_journal() {
     work_in_ = 0.0;
     damped_ = 0.0;
+    if (yielding_) {
+      contact_->journal().record_flow({.yielded = yielding_->lost()});
+    }
     if (contact_nodes_ == nullptr) {
       return;
     }
@@ -256,11 +288,12 @@ class Moreau final : public ProblemIntegrator {
   LineContact* contact_nodes_ = nullptr;  // null: nothing to touch
   std::vector<double> guess_;             // y + h/2 v
   std::vector<double> displacement_;
-  std::vector<double> stretch_;  // ymid - guess
-  std::vector<double> force_;    // by contact point [N]
-  bool in_contact_ = false;      // any of them on any rank
-  double work_in_ = 0.0;         // by supports that move, in the middle of the step [J]
-  double damped_ = 0.0;          // by dampers in supports, in the step [J]
+  std::vector<double> stretch_;            // ymid - guess
+  std::vector<double> force_;              // by contact point [N]
+  std::optional<YieldingSteps> yielding_;  // where the line may yield
+  bool in_contact_ = false;                // any of them on any rank
+  double work_in_ = 0.0;                   // by supports that move, in the middle of the step [J]
+  double damped_ = 0.0;                    // by dampers in supports, in the step [J]
   std::vector<double> work_;
 };
 

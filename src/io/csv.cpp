@@ -54,7 +54,7 @@ std::string energy_header() {
   return "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,base_work,"
          "lost_in_"
          "impacts,"
-         "lost_in_dampers,radiated,total,drift\n";
+         "lost_in_dampers,radiated,lost_in_hinges,total,drift\n";
 }
 
 std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows) {
@@ -63,7 +63,7 @@ std::string energy_rows(std::span<const double> times, std::span<const EnergyLed
     const EnergyLedger& row = rows[i];
     append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
                row.support_springs, row.load_work, row.support_work, row.base_work, row.lost_in_impacts,
-               row.lost_in_dampers, row.radiated, row.total(), row.drift());
+               row.lost_in_dampers, row.radiated, row.lost_in_hinges, row.total(), row.drift());
   }
   return text;
 }

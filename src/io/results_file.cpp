@@ -31,6 +31,7 @@ struct EnergyRow {
   double lost_in_impacts;
   double lost_in_dampers;
   double radiated;
+  double lost_in_hinges;
   double total;
   double drift;
 };
@@ -88,6 +89,7 @@ Hdf5Id energy_type() {
                       {"lost_in_impacts", offsetof(EnergyRow, lost_in_impacts), H5T_NATIVE_DOUBLE},
                       {"lost_in_dampers", offsetof(EnergyRow, lost_in_dampers), H5T_NATIVE_DOUBLE},
                       {"radiated", offsetof(EnergyRow, radiated), H5T_NATIVE_DOUBLE},
+                      {"lost_in_hinges", offsetof(EnergyRow, lost_in_hinges), H5T_NATIVE_DOUBLE},
                       {"total", offsetof(EnergyRow, total), H5T_NATIVE_DOUBLE},
                       {"drift", offsetof(EnergyRow, drift), H5T_NATIVE_DOUBLE}});
 }
@@ -385,7 +387,7 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
     const EnergyLedger& row = rows[i];
     records.push_back({times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
                        row.support_springs, row.load_work, row.support_work, row.base_work, row.lost_in_impacts,
-                       row.lost_in_dampers, row.radiated, row.total(), row.drift()});
+                       row.lost_in_dampers, row.radiated, row.lost_in_hinges, row.total(), row.drift()});
   }
   file_->append_records("/energy", records.data(), first_rank_ ? records.size() : 0);
   flush_if_due();

@@ -47,7 +47,8 @@ nlohmann::ordered_json energies(const EnergyLedger& ledger) {
           {"base_work", ledger.base_work},
           {"lost_in_impacts", ledger.lost_in_impacts},
           {"lost_in_dampers", ledger.lost_in_dampers},
-          {"radiated", ledger.radiated}};
+          {"radiated", ledger.radiated},
+          {"lost_in_hinges", ledger.lost_in_hinges}};
 }
 
 }  // namespace

@@ -222,7 +222,8 @@ void ContactState::add_up(std::span<double> sums) {
                           journal_.lost_before(kInfinity),
                           journal_.flow().work,
                           journal_.flow().damped,
-                          journal_.flow().radiated};
+                          journal_.flow().radiated,
+                          journal_.flow().yielded};
   std::vector<double>& impulses = totals_.impulses;
   const auto own = static_cast<std::ptrdiff_t>(all.size());
   all.insert(all.end(), sums.begin(), sums.end());
@@ -242,6 +243,7 @@ void ContactState::add_up(std::span<double> sums) {
   counts.work += all[4];
   counts.damped += all[5];
   counts.radiated += all[6];
+  counts.yielded += all[7];
   all_events_ = {.impacts = static_cast<PetscInt>(all[0]), .rests = static_cast<PetscInt>(all[1] + all[2])};
   counts.event_steps += any_events() ? 1 : 0;
 }

@@ -47,7 +47,7 @@ EnergyBalance::EnergyBalance(Equations& equations, const ContactState& contact, 
     : equations_{&equations},
       contact_{&contact},
       kinks_{&kinks},
-      flows_{!equations.filtered() || equations.damping().any() ||
+      flows_{!equations.filtered() || equations.damping().any() || equations.hinges() != nullptr ||
              std::ranges::any_of(contact.supports(),
                                  [](const Support& support) { return support.motion || support.elastic(); })} {}
 
@@ -160,6 +160,7 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
     work,
     damped,
     radiated,
+    yielded,
     springs,
     shares
   };  // of this rank, within the step
@@ -177,6 +178,7 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
     sums[work] = flow.work;
     sums[damped] = flow.damped;
     sums[radiated] = flow.radiated;
+    sums[yielded] = flow.yielded;
     sums[springs] = flow.stored + contact_->spring_energy(row.time, row.masses.position);
   }
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM,
@@ -187,6 +189,7 @@ EnergyLedger EnergyBalance::update(const Row& row, const DenseOutput& step, std:
   now.support_work = contact_->counts().work + sums[work];
   now.lost_in_dampers = contact_->counts().damped + sums[damped];
   now.radiated = contact_->counts().radiated + sums[radiated];
+  now.lost_in_hinges = contact_->counts().yielded + sums[yielded];
   now.support_springs += sums[springs];
   now.initial = ledger_.initial;
   now.initial_potential = ledger_.initial_potential;

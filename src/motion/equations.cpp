@@ -22,12 +22,13 @@ constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeri
 }  // namespace
 
 Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping,
-                     std::unique_ptr<LineContact> contact, std::vector<double> damping_ratio)
+                     std::unique_ptr<LineContact> contact, std::vector<double> damping_ratio, bool yields)
     : line_{&line},
       loads_{&loads},
       damping_{damping},
       damping_ratio_{std::move(damping_ratio)},
-      line_contact_{std::move(contact)} {
+      line_contact_{std::move(contact)},
+      hinges_{yields ? std::make_unique<HingedLine>(line, line_contact_.get()) : nullptr} {
   const auto require = [](const char* quantity, double value, const char* unit) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
       throw InputError{std::string{quantity} + ": " + std::to_string(value) +
@@ -51,7 +52,14 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
   displacement_.resize(axis_.size());
 }
 
-void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment) {
+void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment,
+                         std::span<const double> rotations) {
+  const double* kink = nullptr;
+  if (hinges_) {
+    const std::span<const double> turned = rotations.empty() ? hinges_->rotations() : rotations;
+    state.rotation.assign(turned.begin(), turned.end());
+    kink = hinges_->kink(state.rotation);
+  }
   state.time = at.time;
   state.begin = at.begin;
   state.stretch.resize(axis_.size());
@@ -62,11 +70,17 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
   if (!filtered()) {
     std::ranges::fill(state.stretch, 0.0);
     if (with_moment) {
-      line_->internal_of(displacement_, state.moment);
+      line_->internal_of({.displacement = displacement_.data(), .kink = kink, .internal = state.moment.data()});
     }
     return;
   }
-  line_->solve(displacement_, loads_->force(at, work_), state.stretch, state.moment);
+  const std::span<const double> force = loads_->force(at, work_);
+  const FilterColumn column{.displacement = displacement_.data(),
+                            .force = force.empty() ? nullptr : force.data(),
+                            .kink = kink,
+                            .stretch = state.stretch.data(),
+                            .internal = with_moment ? state.moment.data() : nullptr};
+  line_->solve({&column, 1});
   const auto amplitude = line_->amplitudes();
   state.amplitude.assign(amplitude.begin(), amplitude.end());
   if (line_contact_) {
@@ -128,7 +142,8 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
       sums[6] -= value * pattern.share[i] * (mass_position[point] + stretch[point]);
     }
   }
-  sums[1] = line_->filter_operator().strain_energy(displacement_, state.moment);
+  sums[1] = line_->filter_operator().strain_energy(displacement_, state.moment) +
+            (hinges_ && points().begin() == 0 ? hinges_->stored(state.rotation) : 0.0);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
   EnergyLedger ledger;

@@ -70,7 +70,7 @@ constexpr std::array kScalars{Named{"impacts", kCount},
                               Named{"last_contact_time", kFinite}};
 // Forces of supports may have no number, and are judged where they are read.
 constexpr std::array kTables{Named{"support_impulse", kFinite}, Named{"amplitude", kFinite},
-                             Named{"contact_force", kFinite}, Named{"modal_", kAnyNumber}};
+                             Named{"contact_force", kFinite}, Named{"modal_", kAnyNumber}, Named{"hinge_", kFinite}};
 constexpr std::array kFields{Named{"mass_", kFinite},           Named{"stretch", kFinite},
                              Named{"line_", kFinite},           Named{"contact_force_", kFinite},
                              Named{"last_contact", kAnyNumber}, Named{"largest_compression", kTime}};

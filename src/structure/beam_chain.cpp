@@ -30,6 +30,10 @@ double BeamParameters::length() const {
   return sum;
 }
 
+bool BeamParameters::yields() const {
+  return std::ranges::any_of(segments, [](const BeamSegment& segment) { return std::isfinite(segment.yield_moment); });
+}
+
 BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, parameters_{std::move(parameters)} {
   require(!parameters_.segments.empty(), "a beam needs at least one segment");
   first_element_.push_back(0);

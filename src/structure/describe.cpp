@@ -7,14 +7,14 @@
 namespace udar {
 
 void describe(Description& all, const BeamParameters& beam) {
-  const auto& [segments, left, right, tension, point_masses, line_supports, mass_patches] = beam;
+  const auto& [segments, left, right, tension, point_masses, line_supports, mass_patches, plasticity] = beam;
   // Stresses follow the motion and do not shape it.
   const auto part = [&](std::string_view name, std::size_t index) {
     all.add_each(name, segments, [index](const BeamSegment& segment) {
-      const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, yield_unused] = segment;
+      const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, stress_unused, yields] = segment;
       static_cast<void>(modulus_unused);
-      static_cast<void>(yield_unused);
-      return std::array{length, static_cast<double>(elements), bending, mass, shear, foundation}.at(index);
+      static_cast<void>(stress_unused);
+      return std::array{length, static_cast<double>(elements), bending, mass, shear, foundation, yields}.at(index);
     });
   };
   part("beam lengths [m]", 0);
@@ -39,6 +39,12 @@ void describe(Description& all, const BeamParameters& beam) {
   pairs("point masses, positions [m]", "point masses [kg]", point_masses);
   pairs("line supports, positions [m]", "line supports, stiffness [N/m]", line_supports);
   pairs("weighted patches, begin [m]", "weighted patches, end [m]", mass_patches);
+  if (beam.yields()) {
+    const auto& [places, tangent_ratio] = plasticity;
+    part("yield moments [N m]", 6);
+    all.add("stiffness after yielding over EI", tangent_ratio);
+    pairs("hinges, positions [m]", "hinges, hardening [N m/rad]", places);
+  }
 }
 
 void describe(Description& all, const InitialState& initial) {

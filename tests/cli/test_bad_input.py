@@ -35,6 +35,61 @@ REFUSED = {
         {"beam_bending_stiffness": 1e6, "beam_yield_stress": 2e8},
         ["-beam_yield_stress", "-beam_outer_fibre", "[m]"],
     ),
+    "negative_yield_moment": ({"beam_yield_moment": -1}, ["-beam_yield_moment", "-1", "> 0", "[N m]"]),
+    "shape_factor_without_stress": ({"beam_shape_factor": 1.5}, ["-beam_shape_factor", "-beam_yield_stress", "[Pa]"]),
+    "two_yield_moments": (
+        {"beam_shape_factor": 1.5, "beam_yield_stress": 2e8, "beam_yield_moment": 1e4},
+        ["-beam_yield_moment", "-beam_shape_factor", "exclude"],
+    ),
+    "hinge_without_yield_moment": (
+        {"beam_hinge_position": 5}, ["-beam_hinge_position", "-beam_yield_moment", "[N m]"],
+    ),
+    "hinge_at_a_free_end": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 0}, ["-beam_hinge_position", "0", "free or pinned end"],
+    ),
+    "hinge_beyond_the_beam": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 11}, ["-beam_hinge_position", "11 m", "place on the beam"],
+    ),
+    "two_hinges_at_a_node": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": "5,5.1"}, ["-beam_hinge_position", "one hinge at a node"],
+    ),
+    "negative_hinge_position": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": -1}, ["-beam_hinge_position", "-1", ">= 0", "[m]"],
+    ),
+    "hardening_without_hinge": (
+        {"beam_yield_moment": 1e4, "beam_hinge_hardening": 1e5}, ["-beam_hinge_hardening", "-beam_hinge_position"],
+    ),
+    "negative_hinge_hardening": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "beam_hinge_hardening": -1},
+        ["-beam_hinge_hardening", "-1", ">= 0", "[N m/rad]"],
+    ),
+    "hardening_of_another_kind": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "beam_yield_hardening": 0.1},
+        ["-beam_yield_hardening", "-beam_hinge_hardening"],
+    ),
+    "hardening_to_full_stiffness": (
+        {"beam_yield_moment": 1e4, "beam_yield_hardening": 1}, ["-beam_yield_hardening", "1", "< 1"],
+    ),
+    "yielding_everywhere_filtered": ({"beam_yield_moment": 1e4}, ["-beam_hinge_position", "8", "[m]"]),
+    "yielding_by_impact": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "ts_type": "impact"}, ["-ts_type", "impact", "chebyshev"],
+    ),
+    "yielding_on_a_held_line": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "contact_surface": "line"},
+        ["-contact_surface", "line", "mass"],
+    ),
+    "yielding_hermite": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "beam_formulation": "hermite"},
+        ["-beam_formulation", "hermite", "mixed"],
+    ),
+    "yielding_struck": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "striker_position": 5, "striker_mass": 10},
+        ["-beam_yield_moment", "-striker_position"],
+    ),
+    "yielding_with_corrected_modes": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "filter_correct_modes": 2},
+        ["-beam_yield_moment", "-filter_correct_modes"],
+    ),
     "nan_radius": ({"beam_radius": "nan"}, ["-beam_radius", "nan", "> 0", "[m]"]),
     "infinite_young_modulus": ({"beam_young_modulus": "inf"}, ["-beam_young_modulus", "inf", "[Pa]"]),
     "zero_elements": ({"beam_elements": 0}, ["-beam_elements", "0"]),

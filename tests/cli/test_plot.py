@@ -21,7 +21,8 @@ IMPACT = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("velo
           ("velocity_after", "f8"), ("impulse", "f8"), ("energy_loss", "f8")]
 REST = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("release", "i8")]
 ENERGY = ("time", "kinetic", "line_strain", "fictitious_springs", "load_potential", "support_springs", "load_work",
-          "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "total", "drift")
+          "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated",
+          "lost_in_hinges", "total", "drift")
 BLUE, VERMILLION = (0, 114, 178), (213, 94, 0)
 
 

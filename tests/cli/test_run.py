@@ -35,7 +35,7 @@ SUMMARY_KEYS = """
     peak_memory_bytes memory_per_rank versions""".split()
 ENERGY_COLUMNS = (
     "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,base_work,"
-    "lost_in_impacts,lost_in_dampers,radiated,total,drift"
+    "lost_in_impacts,lost_in_dampers,radiated,lost_in_hinges,total,drift"
 )
 IMPACT_COLUMNS = "time,node,x,support,velocity_before,velocity_after,impulse,energy_loss"
 REST_COLUMNS = "time,node,x,support,event"
@@ -937,7 +937,7 @@ def children(parent):
 NOT_TRIED = {
     "continue", "restart_file", "output_directory", "filter_band", "filter_modes", "filter_accuracy",
     "beam_inner_radius", "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring",
-    "beam_right_spring",
+    "beam_right_spring", "beam_yield_hardening",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",
     "structure_type", "structure_stiffness", "structure_mass", "structure_points", "structure_lumping",
     "structure_write", "damping_ratio", "modal_estimate", "gauge_place", "gauge_junction", "network_file",
@@ -979,6 +979,12 @@ def changes_at_a_restart(folder):
         ({"beam_mass_per_length": 200}, "mass per length rhoA [kg/m]: 246.61502330679878 there, 200 here"),
         ({"beam_foundation": 1}, "foundation [N/m^2]: 0 there, 1 here"),
         ({"beam_tension": 5}, "tension [N]: 0 there, 5 here"),
+        ({"beam_yield_moment": 1e6, "beam_hinge_position": 5, "beam_hinge_hardening": 3},
+         "yield moments [N m]: none there, 1e+06 here", "hinges, positions [m]: none there, 5 here",
+         "hinges, hardening [N m/rad]: none there, 3 here", "stiffness after yielding over EI: none there, 0 here"),
+        ({"beam_shape_factor": 1.5, "beam_yield_stress": 1e8, "beam_hinge_position": 5},
+         "yield moments [N m]: none there, 117809.", "hinges, positions [m]", "hinges, hardening [N m/rad]",
+         "stiffness after yielding over EI"),
         ({"beam_left_end": "pinned"}, "ends, stiffness against displacement [N/m]: 0 0 there, inf 0 here"),
         ({"beam_right_end": "clamped"}, "ends, stiffness against displacement [N/m]: 0 0 there, 0 inf here",
          "ends, stiffness against rotation [N m/rad]: 0 0 there, 0 inf here"),

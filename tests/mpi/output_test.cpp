@@ -629,8 +629,8 @@ TEST(RunWriters, WriteTheEnergyLedger) {
     ASSERT_EQ(lines.size(), 6U);
     EXPECT_EQ(lines[0],
               "time,kinetic,line_strain,fictitious_springs,load_potential,support_springs,load_work,support_work,"
-              "base_work,lost_in_impacts,lost_in_dampers,radiated,total,drift");
-    EXPECT_EQ(lines[5], "0.5,6,0,0,-1,0,0,0,0,0.25,0,0,5,2.125");
+              "base_work,lost_in_impacts,lost_in_dampers,radiated,lost_in_hinges,total,drift");
+    EXPECT_EQ(lines[5], "0.5,6,0,0,-1,0,0,0,0,0.25,0,0,0,5,2.125");
     const SerialFile file{folder / "results.h5"};
     EXPECT_EQ(file.column("/energy", "time"), (std::vector<double>{0, 0.125, 0.25, 0.375, 0.5}));
     EXPECT_EQ(file.column("/energy", "kinetic"), (std::vector<double>{2, 3, 4, 5, 6}));

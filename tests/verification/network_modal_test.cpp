@@ -129,7 +129,7 @@ TEST(NetworkModal, InternalForcesFollowFromPlaces) {
                                               static_cast<double>(network.points().number(i) % 3));
     }
     std::vector<double> internal(2 * points);
-    filter.internal_of(displacement, internal);
+    filter.internal_of({.displacement = displacement.data(), .internal = internal.data()});
     petsc::Vector motion;
     petsc::Vector force;
     UDAR_CALL(MatCreateVecs(network.stiffness(), motion.put(), force.put()));

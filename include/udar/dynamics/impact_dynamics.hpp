@@ -86,6 +86,8 @@ class ImpactDynamics {
   /// y-up impulse of every support on the masses so far [N s], equal on every rank.
   [[nodiscard]] const std::vector<double>& support_impulses() const noexcept { return contact_.support_impulses(); }
   /// @note Collective; meaningless without supports.
+  /// Null: the line stays elastic.
+  [[nodiscard]] const HingedLine* hinges() const noexcept { return model_->equations.hinges(); }
   [[nodiscard]] LineGap smallest_line_gap() const { return contact_.smallest_line_gap(); }
 
   /// The state after the last good step, with what the observers keep; any number of ranks may read it back.
@@ -104,7 +106,8 @@ class ImpactDynamics {
     std::vector<std::uint8_t> resting;
     LineState line;
     std::vector<double> line_position;
-    std::vector<double> internal;  ///< of the operator's internal fields, one behind the other
+    std::vector<double> internal;    ///< of the operator's internal fields, one behind the other
+    std::vector<double> rotation{};  ///< plastic, of the local nodes; empty: the line stays elastic
     std::vector<double> support_impulse;
   };
 

@@ -11,6 +11,7 @@ namespace udar {
 struct FilterColumn {
   const double* displacement = nullptr;     ///< Ym minus the stress-free place [m]
   const double* force = nullptr;            ///< F [N], null: none
+  const double* kink = nullptr;             ///< plastic rotations of a beam in the mixed form [rad], null: none
   double* stretch = nullptr;                ///< Yc - Ym [m]
   double* internal = nullptr;               ///< internal forces, of a beam EI w'' [N m]; null: not wanted
   const double* right_hand_side = nullptr;  ///< of the operator, in its own unknowns

@@ -57,9 +57,9 @@ class FilteredStructure {
   void solve(std::span<const FilterColumn> columns);
 
   /// @brief Internal forces where the points of the structure stand at given places, whatever holds them there.
-  /// @param[in] displacement Yc [m], local points @param[out] internal as `solve` gives them
+  /// @param column displacement Yc [m] and kink in, internal forces out, as `solve` gives them
   /// @note Collective: a solve that is none of the line's. @throws InputError if the operator cannot
-  void internal_of(std::span<const double> displacement, std::span<double> internal);
+  void internal_of(const FilterColumn& column);
 
   /// @brief Makes some modes exact: from now on the stretch that `solve` gives is that of the pull wf^2 d on the
   /// masses, with these modes at their own frequencies w, and its moment is that of the line, rigidly tied to the

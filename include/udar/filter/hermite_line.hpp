@@ -16,7 +16,7 @@ class HermiteLine final : public BlockLine {
   void right_hand_side(const FilterColumn& column, std::span<double> values) const override;
   void extract(std::span<const double> unknowns, const FilterColumn& column) const override;
   void unknowns_of(const FilterColumn& column, std::span<double> unknowns) const override;
-  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
+  void internal_of(const FilterColumn& column) override;
   [[nodiscard]] std::string block_form_reason() const override { return "Hermite form"; }
 
  private:

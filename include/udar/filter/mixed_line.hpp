@@ -17,7 +17,7 @@ class MixedLine final : public BlockLine {
   void extract(std::span<const double> unknowns, const FilterColumn& column) const override;
   void unknowns_of(const FilterColumn& column, std::span<double> unknowns) const override;
   /// S mu = T w, a well conditioned tridiagonal matrix; options `-filter_moment_ksp_*`.
-  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
+  void internal_of(const FilterColumn& column) override;
   [[nodiscard]] std::string block_form_reason() const override;
 
  private:

@@ -58,7 +58,7 @@ class NetworkOperator final : public ScaledOperator {
   [[nodiscard]] std::size_t internal_numbers() const override { return 2; }
   /// Rotations follow from displacements by the network on filter springs that hold it where its masses are: those of a
   /// filter far above its own frequencies. Factors on first demand.
-  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
+  void internal_of(const FilterColumn& column) override;
   /// Of each element in member axes: axial force, shear forces along y and z, torque, and of both ends the larger
   /// bending moment about y and about z.
   [[nodiscard]] std::span<const FieldInfo> internal_fields() const override;

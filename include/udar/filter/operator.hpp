@@ -92,9 +92,10 @@ class FilterOperator {
 
   /// Numbers that `FilterColumn::internal` has per point.
   [[nodiscard]] virtual std::size_t internal_numbers() const = 0;
-  /// @brief Internal forces where the structure stands at given places. @param[in] displacement Yc [m], local points
+  /// @brief Internal forces where the structure stands at given places. @param column displacement, of the line Yc [m],
+  /// and kink in, internal forces out
   /// @note Collective: a solve. @throws InputError if this operator cannot; SolveError if the solve diverges
-  virtual void internal_of(std::span<const double> displacement, std::span<double> internal) = 0;
+  virtual void internal_of(const FilterColumn& column) = 0;
   /// What snapshots show of them.
   [[nodiscard]] virtual std::span<const FieldInfo> internal_fields() const = 0;
   /// How many numbers a field takes: local points, or cells if there are more.

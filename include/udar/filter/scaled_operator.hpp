@@ -23,7 +23,7 @@ class ScaledOperator : public FilterOperator {
   [[nodiscard]] std::span<const double> mass() const override { return mass_; }
   [[nodiscard]] std::size_t unknowns() const override { return scale_.size(); }
   [[nodiscard]] double largest_unknown(const double* displacement) const override;
-  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
+  void internal_of(const FilterColumn& column) override;
   [[nodiscard]] const LineData* line() const override { return nullptr; }
   [[nodiscard]] bool definite() const override { return true; }
   [[nodiscard]] std::unique_ptr<ColumnSolver> with_springs(std::span<const ContactSpring> springs) const override;

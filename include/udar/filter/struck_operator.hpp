@@ -54,7 +54,7 @@ class StruckOperator final : public FilterOperator {
   void unknowns_of(const FilterColumn& column, std::span<double> unknowns) const override;
   [[nodiscard]] double largest_unknown(const double* displacement) const override;
   [[nodiscard]] std::size_t internal_numbers() const override { return structure_->internal_numbers(); }
-  void internal_of(std::span<const double> displacement, std::span<double> internal) override;
+  void internal_of(const FilterColumn& column) override;
   [[nodiscard]] std::span<const FieldInfo> internal_fields() const override { return structure_->internal_fields(); }
   [[nodiscard]] std::size_t internal_places() const override;
   void internal_values(std::span<const double> internal, std::span<double> values) const override;

@@ -28,6 +28,9 @@ enum class Feature : std::uint8_t {
   contact_laws,       ///< supports with a law of contact under masses
   laws_of_line,       ///< the same under the line that they hold
   strikers,           ///< masses that strike the structure
+  yielding,           ///< plastic hinges of the line
+  many_hinges,        ///< more than `kFewPoints` of them
+  yielding_held,      ///< plastic hinges of a line that supports hold
 };
 
 /// Contact points of the line whose sets can be told one by one.

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "udar/contact/held_line.hpp"
+#include "udar/contact/altered_line.hpp"
 #include "udar/filter/filtered_structure.hpp"
 
 namespace udar {
@@ -20,12 +20,13 @@ namespace udar {
 /// C a0
 /// + G j0 with entire functions of A, which are Chebyshev series in 2A/wf^2 - 1 with coefficients that depend on time
 /// alone. The terms of the series are kept, so the motion of every node is known at any time that they reach, and more
-/// terms reach further. With contact points that touch, A is that of the line which they hold (`HeldLine`). A rigid
-/// motion is that of its first terms for ever. Source: docs/theory.md, "Exact motion between impacts".
+/// terms reach further. With contact points that touch, A is that of the line which they hold (`HeldLine`), with hinges
+/// that yield that which they turn (`ReleasedLine`). A rigid motion is that of its first terms for ever. Source:
+/// docs/theory.md, "Exact motion between impacts".
 class FreeMotion {
  public:
-  /// @param held supports that hold the line; null: none; outlives this object
-  explicit FreeMotion(FilteredStructure& line, HeldLine* held = nullptr);
+  /// @param held what makes the line another than the free one; null: nothing; outlives this object
+  explicit FreeMotion(FilteredStructure& line, AlteredLine* held = nullptr);
 
   /// @brief The state to start from, one value per local node.
   struct Start {
@@ -76,8 +77,9 @@ class FreeMotion {
   /// @brief What the motion adds to the stretch Yc - Ym of a resting mass, besides j0 t / wf^2; its last term is
   /// missing.
   [[nodiscard]] double stretch(const Weights& weights, std::size_t node) const;
-  /// @brief What it adds to the row of a contact point, as `HeldLine` has them, besides that of j0 t / wf^2; the last
-  /// term is missing, unless the motion is rigid. @note Not collective: equal on every rank.
+  /// @brief What it adds to the row of a point, as `AlteredLine` has them, besides that of j0 t / wf^2; the last
+  /// term is missing, unless the motion is rigid or `answer` has been asked for it. @note Not collective: equal on
+  /// every rank.
   [[nodiscard]] double row(const Weights& weights, std::size_t point) const;
   /// @brief The same for the stretch's amplitude in a corrected mode of the line [m kg^(1/2)]. @note Not collective.
   [[nodiscard]] double amplitude(const Weights& weights, std::size_t mode) const;
@@ -86,7 +88,7 @@ class FreeMotion {
   [[nodiscard]] Weights rigid_weights(int derivative, double time) const;
 
   FilteredStructure* line_;
-  HeldLine* held_;
+  AlteredLine* held_;
   double bound_;  // of all frequencies [rad/s]
   double gain_;   // wf^2 over its square
   std::size_t count_ = 0;

@@ -25,12 +25,12 @@ inline constexpr const char* kTsChebyshev = "chebyshev";
 /// Cheapest by its line solves, about 2.5 + 0.9 per contact node and unit wf t where `impact` takes 12.
 inline constexpr IntegratorType kChebyshevType{
     .name = kTsChebyshev,
-    .can = {Feature::filtered, Feature::line_contact, Feature::elastic_line, Feature::strikers},
+    .can = {Feature::filtered, Feature::line_contact, Feature::elastic_line, Feature::strikers, Feature::yielding},
     .knows =
         "its series know a matrix that is constant from event to event and forces linear in time: no support that "
         "moves "
         "by its cubics, no spring under a mass and no damper that changes the matrix, at most 8 points that hold the "
-        "line",
+        "line, or 8 plastic hinges",
     .enroll = register_ts_chebyshev,
     .default_up_to = 10,
     .default_without = {Feature::line_contact}};

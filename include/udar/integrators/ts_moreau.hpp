@@ -28,10 +28,10 @@ inline constexpr const char* kTsMoreau = "moreau";
 inline constexpr IntegratorType kMoreauType{
     .name = kTsMoreau,
     .can = {Feature::unfiltered, Feature::line_contact, Feature::moving_supports, Feature::elastic_line,
-            Feature::many_points},
+            Feature::many_points, Feature::yielding, Feature::many_hinges, Feature::yielding_held},
     .knows =
         "it holds the undamped, unfiltered beam (`filter frequency` none) off rigid supports, by Newton's law of "
-        "velocities, and off springs with dampers",
+        "velocities, and off springs with dampers, and yields at any number of hinges",
     .enroll = register_ts_moreau,
     .default_up_to = std::numeric_limits<std::int64_t>::max()};
 

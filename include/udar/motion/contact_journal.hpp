@@ -29,6 +29,7 @@ struct EnergyFlow {
   double work = 0.0;      ///< in from moving supports
   double damped = 0.0;    ///< out by dampers
   double radiated = 0.0;  ///< out into motions that a reduced model leaves out
+  double yielded = 0.0;   ///< out by plastic hinges
   double stored = 0.0;    ///< at its end, in springs of supports that the integrator alone knows the force of
 };
 
@@ -77,6 +78,7 @@ class ContactJournal {
     flow_.work += energy.work;
     flow_.damped += energy.damped;
     flow_.radiated += energy.radiated;
+    flow_.yielded += energy.yielded;
   }
 
   /// Those of a node in order of time.

@@ -48,6 +48,7 @@ struct ContactCounts {
   double work = 0.0;                 ///< of moving supports on the masses [J]
   double damped = 0.0;               ///< energy lost in dampers [J]
   double radiated = 0.0;             ///< energy lost into motions that a reduced model leaves out [J]
+  double yielded = 0.0;              ///< energy lost in plastic hinges [J]
 };
 
 /// @brief Smallest distance of the line from a support, over all contact points and steps.

@@ -31,6 +31,8 @@ class DenseOutput {
   /// @brief Integrals of the stretch's amplitudes in the corrected modes [m kg^(1/2) s], from the start of the step to
   /// a time within it; asked for where loads change. @note Collective.
   [[nodiscard]] virtual std::vector<double> amplitude_integrals(double /*until*/) const { return {}; }
+  /// @brief Plastic rotations of all hinges [rad] at a time within the step; empty: those that they have now.
+  [[nodiscard]] virtual std::vector<double> rotations(double /*time*/) const { return {}; }
   /// @brief What flowed besides impacts from the start of the step to a time within it, this rank's share.
   [[nodiscard]] virtual EnergyFlow flow(double /*until*/) const { return {}; }
   /// @brief Adds what each support gave from the start of the step to a time within it [N s], y up, this rank's share.

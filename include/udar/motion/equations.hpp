@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/contact/hinged_line.hpp"
 #include "udar/contact/line_contact.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/motion/observer.hpp"
@@ -22,6 +23,7 @@ struct LineState {
   std::vector<double> amplitude;      ///< of d in the corrected modes [m kg^(1/2)], on every rank: Yc is nearer by them
   std::vector<double> moment;         ///< [N m]; empty unless asked for
   std::vector<double> contact_force;  ///< at `LineContact::points`, away from the supports [N]
+  std::vector<double> rotation{};     ///< plastic, of all hinges [rad]
   bool in_contact = false;            ///< whether there is any of them, equal on every rank
 };
 
@@ -44,11 +46,12 @@ struct Damping {
 /// @brief Ym'' = wf^2 (Yc - Ym) with (wf^2 M + C) Yc = wf^2 M Ym + F(t), on absolute positions.
 class Equations {
  public:
-  /// @param contact supports that hold the line; null: nothing does
+  /// @param contact supports that hold the line; null: nothing does @param yields whether it has plastic hinges
   /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
   /// a line in contact
   Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
-            std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {});
+            std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {},
+            bool yields = false);
 
   [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
   /// Besides, of each flexible mode, the last of all that follow; empty: none.
@@ -56,6 +59,8 @@ class Equations {
 
   /// Null where nothing holds the line.
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
+  /// Null where the line stays elastic.
+  [[nodiscard]] HingedLine* hinges() const noexcept { return hinges_.get(); }
   /// Whether the masses are on filter springs, not those of the line itself.
   [[nodiscard]] bool filtered() const noexcept { return line_->parameters().filtered(); }
 
@@ -64,7 +69,9 @@ class Equations {
 
   /// @brief Solves for the line at a time, with what its supports do to it. @param[in] mass_position Ym [m] @note
   /// Collective.
-  void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false);
+  /// @param rotations plastic, of all hinges; empty: those that they have now
+  void evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment = false,
+                std::span<const double> rotations = {});
 
   /// @brief d(Vm) [m/s]: the rate of the stretch while loads are steady. @param[in] mass_velocity Vm [m/s]
   /// @note Collective.
@@ -97,6 +104,7 @@ class Equations {
   Damping damping_;
   std::vector<double> damping_ratio_;
   std::unique_ptr<LineContact> line_contact_;
+  std::unique_ptr<HingedLine> hinges_;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
   std::vector<double> work_;          // loads, if they must be added up

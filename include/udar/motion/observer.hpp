@@ -31,6 +31,7 @@ struct EnergyLedger {
   double lost_in_impacts = 0.0;     ///< lost in impacts and rests since t = 0
   double lost_in_dampers = 0.0;     ///< lost in dampers of supports and structure since t = 0
   double radiated = 0.0;            ///< lost into motions that a reduced model leaves out since t = 0
+  double lost_in_hinges = 0.0;      ///< lost by yielding since t = 0; what hardening stores is in `line_strain`
   double initial = 0.0;             ///< total at t = 0
   double initial_potential = 0.0;   ///< `load_potential` at t = 0
   double base_potential = 0.0;      ///< -F' Yc of inertia forces, which is in `base_work`
@@ -46,13 +47,14 @@ struct EnergyLedger {
     const double stored = kinetic + line_strain + fictitious_springs + support_springs;
     const double work_of_forces = load_work - (load_potential - initial_potential);
     return std::max({stored, std::abs(work_of_forces), std::abs(support_work), std::abs(base_work),
-                     std::abs(lost_in_impacts), std::abs(lost_in_dampers), std::abs(radiated)});
+                     std::abs(lost_in_impacts), std::abs(lost_in_dampers), std::abs(radiated),
+                     std::abs(lost_in_hinges)});
   }
   /// Relative error of the balance: (total + lost - brought in - initial) / scale; zero for the exact solution. Not a
   /// number where an energy is none.
   [[nodiscard]] double drift() const noexcept {
-    const double error =
-        total() + lost_in_impacts + lost_in_dampers + radiated - load_work - support_work - base_work - initial;
+    const double error = total() + lost_in_impacts + lost_in_dampers + radiated + lost_in_hinges - load_work -
+                         support_work - base_work - initial;
     return error == 0.0 ? 0.0 : error / scale;
   }
 };
@@ -69,6 +71,12 @@ inline constexpr std::array kMotionFields{
     FieldInfo{.name = "mass_position", .unit = "m", .body = Body::masses, .position = true, .gauge = "mass"},
     FieldInfo{.name = "mass_velocity", .unit = "m/s", .body = Body::masses, .gauge = "velocity"},
     FieldInfo{.name = "line_position", .unit = "m", .position = true, .gauge = "line"}};
+/// @brief Where a beam yields: how far the line is turned plastically at each node.
+inline constexpr FieldInfo kRotationField{.name = "plastic_rotation",
+                                          .unit = "rad",
+                                          .extremes = true,
+                                          .gauge = "plastic_rotation",
+                                          .label = "plastic rotation"};
 /// @brief 1 where the mass rests on a support, or the line presses on one; the last of the fields.
 inline constexpr FieldInfo kRestingField{.name = "resting", .unit = "1", .body = Body::masses, .flag = true};
 

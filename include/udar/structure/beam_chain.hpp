@@ -27,6 +27,7 @@ struct BeamSegment {
   double foundation_stiffness = 0.0;  ///< per length, both ways, unstressed on the reference axis [N/m^2], >= 0
   double section_modulus = 0.0;       ///< W = I/c: bending stress is |M| / W [m^3], >= 0; 0: not known
   double yield_stress = 0.0;          ///< [Pa], >= 0; 0: not known
+  double yield_moment = std::numeric_limits<double>::infinity();  ///< plastic moment [N m], > 0; infinite: elastic
 
   [[nodiscard]] bool is_gap() const noexcept { return bending_stiffness == 0.0 && mass_per_length == 0.0; }
 };
@@ -61,6 +62,25 @@ struct MassPatch {
   bool operator==(const MassPatch&) const = default;
 };
 
+/// @brief A place where the line may turn plastically: the nearest node.
+struct HingePlace {
+  double position = 0.0;   ///< [m] from the left end
+  double hardening = 0.0;  ///< moment over plastic rotation [N m/rad], >= 0
+};
+
+/// @brief Where a beam with a yield moment yields.
+struct BeamPlasticity {
+  std::vector<HingePlace> places;  ///< empty: every node with a yield moment
+  double tangent_ratio = 0.0;      ///< of every node: EI after yielding over EI [-], >= 0, < 1
+};
+
+/// @brief A node of the line that may turn plastically.
+struct PlasticHinge {
+  PetscInt node = 0;       ///< global
+  double moment = 0.0;     ///< yield moment [N m]
+  double hardening = 0.0;  ///< [N m/rad]
+};
+
 /// @brief Everything that describes a beam before it is distributed; the same on every rank.
 struct BeamParameters {
   std::vector<BeamSegment> segments;
@@ -70,8 +90,10 @@ struct BeamParameters {
   std::vector<PointMass> point_masses;
   std::vector<LineSupport> line_supports;
   std::vector<MassPatch> mass_patches;
+  BeamPlasticity plasticity{};
 
   [[nodiscard]] double length() const;  ///< of all segments, gaps included [m]
+  [[nodiscard]] bool yields() const;    ///< whether any segment has a yield moment
 };
 
 /// @brief What a bending moment comes to in the outermost fibre; not a number where that is not known.
@@ -131,7 +153,10 @@ class BeamChain final : public Structure {
   [[nodiscard]] double ground_stiffness(PetscInt node) const;     ///< foundation and springs [N/m], rigid ones excluded
   [[nodiscard]] bool fixed(PetscInt node) const;                  ///< the line cannot move here
   [[nodiscard]] MomentStress moment_stress(PetscInt node) const;  ///< the larger of the sides on which it is known
-  [[nodiscard]] PetscInt nearest_node(double position) const;     ///< the left one of two equally near
+  /// @brief The nodes that may yield, ascending: where the line has a moment and a segment beside it a yield moment, of
+  /// two the smaller. @throws InputError if a hinge is asked for where there is none
+  [[nodiscard]] std::vector<PlasticHinge> plastic_hinges() const;
+  [[nodiscard]] PetscInt nearest_node(double position) const;  ///< the left one of two equally near
   /// @brief The nodes beside a place and the shares of a force there that they take, so that force and moment stay; all
   /// of it goes to a node that is there, and to the nearest where there is no element.
   struct NodeShare {

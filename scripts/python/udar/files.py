@@ -11,7 +11,8 @@ import numpy as np
 from .tools import UserError, first_line, read_csv
 
 ENERGIES = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "support_springs", "load_work",
-            "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "total")
+            "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "lost_in_hinges",
+            "total")
 UNITS = {**dict.fromkeys(ENERGIES, "J"), "energy_loss": "J", "time": "s", "x": "m", "x_min": "m", "x_max": "m",
          "mass": "m", "line": "m", "position": "m", "velocity": "m/s", "velocity_before": "m/s",
          "velocity_after": "m/s", "force": "N", "impulse": "N s", "moment_min": "N m", "moment_max": "N m",

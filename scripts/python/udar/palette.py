@@ -17,7 +17,9 @@ ENERGY_LINES = (
     ("base_work", "brought in by the moving base", SKY, "--"),
     ("lost_in_dampers", "lost in dampers", PURPLE, ":"),
     ("radiated", "radiated into modes left out", ORANGE, ":"),
+    ("lost_in_hinges", "lost in plastic hinges", VERMILLION, ":"),
     ("total", "total", BLACK, "--"),
 )
 # Shown where there is any.
-SELDOM = ("load_work", "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated")
+SELDOM = ("load_work", "support_springs", "support_work", "base_work", "lost_in_dampers", "radiated",
+          "lost_in_hinges")

@@ -181,6 +181,13 @@ class SegmentLists {
                 "section, none for direct and with -beam_bending_stiffness");
     yield_.read(group, "Pa", petsc::non_negative(),
                 "what the largest bending stress is compared with, utilisation 1; 0: nothing");
+    yield_moment_.read(group, "N m", petsc::positive_or_infinite(),
+                       "moment at which the beam yields, its plastic moment; inf: it stays elastic. By -ts_type moreau "
+                       "and, at up to 8 hinges, chebyshev");
+    shape_factor_.read(
+        group, "-", petsc::positive(),
+        "in place of -beam_yield_moment: plastic over elastic moment of the section, 1.5 of a rectangle, "
+        "16/(3 pi) of a circle; it yields at this times -beam_yield_stress times I/c");
     foundation_.read(group, "N/m^2", petsc::non_negative(),
                      "elastic foundation, force per length and displacement from the reference axis, both ways");
   }
@@ -191,7 +198,10 @@ class SegmentLists {
     for (NumberList* list : {&modulus_, &density_, &yield_, &foundation_}) {
       list->spread(count(), kPerSegment);
     }
-    for (NumberList* list : {&bending_, &mass_, &fibre_, &shear_}) {
+    if (yield_moment_.given && shape_factor_.given) {
+      throw InputError{"options -beam_yield_moment and -beam_shape_factor exclude each other"};
+    }
+    for (NumberList* list : {&bending_, &mass_, &fibre_, &shear_, &yield_moment_, &shape_factor_}) {
       if (list->given) {
         list->spread(count(), kPerSegment);
       }
@@ -216,7 +226,8 @@ class SegmentLists {
             .shear_stiffness = shear_stiffness(i),
             .foundation_stiffness = foundation_[i],
             .section_modulus = modulus,
-            .yield_stress = yield_[i]};
+            .yield_stress = yield_[i],
+            .yield_moment = yield_moment(i, modulus)};
   }
 
   /// Warns of what looks like a slip of unit where material and section say what the beam is.
@@ -229,6 +240,14 @@ class SegmentLists {
   }
 
  private:
+  [[nodiscard]] double yield_moment(std::size_t i, double modulus) const {
+    if (shape_factor_.given && !(yield_[i] > 0.0)) {
+      throw InputError{"option -beam_shape_factor needs -beam_yield_stress above 0 [Pa]"};
+    }
+    const double given = yield_moment_.given ? yield_moment_[i] : std::numeric_limits<double>::infinity();
+    return shape_factor_.given ? shape_factor_[i] * modulus * yield_[i] : given;
+  }
+
   [[nodiscard]] double shear_stiffness(std::size_t i) const {
     if (theory_ == Theory::euler_bernoulli) {
       return std::numeric_limits<double>::infinity();
@@ -257,6 +276,8 @@ class SegmentLists {
   NumberList shear_{"-beam_shear_stiffness"};
   NumberList fibre_{"-beam_outer_fibre"};
   NumberList yield_{"-beam_yield_stress", {0.0}};
+  NumberList yield_moment_{"-beam_yield_moment"};
+  NumberList shape_factor_{"-beam_shape_factor"};
   NumberList foundation_{"-beam_foundation", {0.0}};
 };
 
@@ -274,6 +295,46 @@ std::vector<Thing> paired(const NumberList& places, NumberList values, const cha
   return things;
 }
 
+/// Where a beam with a yield moment yields.
+class PlasticityLists {
+ public:
+  void read(OptionGroup& group) {
+    position_.read(group, "m", petsc::non_negative(),
+                   "plastic hinges of a beam with a yield moment: the nearest nodes; default: every node");
+    hardening_.read(group, "N m/rad", petsc::non_negative(),
+                    "kinematic hardening of these hinges: how the moment grows with the plastic rotation; one per "
+                    "-beam_hinge_position or one for all");
+    ratio_given_ = group.real("-beam_yield_hardening", ratio_, "-", petsc::between(0.0, 1.0),
+                              "kinematic hardening of a beam that yields at every node: its bending stiffness after "
+                              "yielding over EI, below 1");
+  }
+  [[nodiscard]] BeamPlasticity settled(const BeamParameters& beam) const {
+    if ((position_.given || ratio_given_) && !beam.yields()) {
+      throw InputError{
+          "options -beam_hinge_position and -beam_yield_hardening need -beam_yield_moment [N m] or -beam_shape_factor"};
+    }
+    if (position_.given && ratio_given_) {
+      throw InputError{
+          "option -beam_yield_hardening is not for hinges at -beam_hinge_position, expected -beam_hinge_hardening "
+          "[N m/rad]"};
+    }
+    if (hardening_.given && !position_.given) {
+      throw InputError{"option -beam_hinge_hardening needs -beam_hinge_position [m]"};
+    }
+    if (ratio_ == 1.0) {
+      throw InputError{"option -beam_yield_hardening: 1 is not allowed, expected a number >= 0 and < 1 [-]"};
+    }
+    return {.places = paired<HingePlace>(position_, hardening_, "one per -beam_hinge_position"),
+            .tangent_ratio = ratio_};
+  }
+
+ private:
+  NumberList position_{"-beam_hinge_position"};
+  NumberList hardening_{"-beam_hinge_hardening", {0.0}};
+  bool ratio_given_ = false;
+  double ratio_ = 0.0;
+};
+
 }  // namespace
 
 BeamInput read_beam(MPI_Comm comm) {
@@ -284,6 +345,8 @@ BeamInput read_beam(MPI_Comm comm) {
   BeamParameters& beam = input.beam;
   SegmentLists segments;
   segments.read(group);
+  PlasticityLists plasticity;
+  plasticity.read(group);
   group.real("-beam_tension", beam.tension, "N", petsc::non_negative(), "axial tension");
   beam.left = read_end(group, "left");
   beam.right = read_end(group, "right");
@@ -323,6 +386,7 @@ BeamInput read_beam(MPI_Comm comm) {
   }
   beam.line_supports = paired<LineSupport>(line_position, line_stiffness, "one per -beam_line_support_position");
   beam.point_masses = paired<PointMass>(point_position, point_mass, "one per -beam_point_mass_position");
+  beam.plasticity = plasticity.settled(beam);
   return input;
 }
 
