@@ -94,7 +94,7 @@ class RunFiles:
         return read_csv(self.folder / f"{name}.csv", needed)
 
     def records(self, file, name, needed):
-        """Impacts or rests: from results.h5 once the run has ended, before that from the CSV file, which is complete."""
+        """Impacts or rests: from results.h5 once the run has ended, before that from the CSV file, which has all."""
         if name in file and (self.summary or not (self.folder / f"{name}.csv").exists()):
             records = file[name][()]
             if records.dtype.names is None or any(column not in records.dtype.names for column in needed):
