@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What restart files cost: wall time of runs with some ten of them beside that of the same without any but the last.
+"""What restart files cost: wall time of runs with some ten of them beside that of the same with the last alone.
 
 usage: checkpoints.py [--repeats 5]
 
@@ -47,8 +47,9 @@ def main():
                 without.append(seconds(options, folder)[0])
                 with_ten.append(seconds(options | {"restart_interval": end / 10.5}, folder)[0])
             each = (statistics.median(with_ten) - statistics.median(without)) / 10
+            size = (folder / "restart.h5").stat().st_size / 1e6
             print(f"{case:14s}  {min(without):18.3f} {statistics.median(without):7.3f}  {min(with_ten):15.3f} "
-                  f"{statistics.median(with_ten):8.3f} {each:14.4f} {(folder / 'restart.h5').stat().st_size / 1e6:6.1f}",
+                  f"{statistics.median(with_ten):8.3f} {each:14.4f} {size:6.1f}",
                   flush=True)
 
 
