@@ -5,15 +5,24 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 import time
+import types
 import unittest
+import unittest.mock
 
 import h5py
 import numpy as np
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 
-from common import ROOT, UdarTest, arguments, case, command, run, start
+from common import ROOT, UdarTest, case, command, run, start
+
+sys.path.insert(0, str(ROOT / "scripts" / "python"))
+
+from udar.report import events  # noqa: E402, its place comes first
+from udar.report.streams import RecordTable  # noqa: E402
+from udar.results import rest_intervals  # noqa: E402
 
 TOOL = os.environ.get("UDAR_REPORT") or str(ROOT / "scripts" / "udar-report.py")
 NETWORK = {"structure_type": "network", "network_grillage": "4,3", "network_spacing": "2,1.5", "network_elements": 4}
@@ -209,6 +218,34 @@ class Decimation(ReportTest):
         self.assertIn("300\u202f000 impacts, counted in cells of", self.seen("contacts"))
         self.assertIn("Of each 100 successive rows", self.seen("gauges"))
         self.assertLess(len(self.text), 4_000_000)
+
+
+class Rests(unittest.TestCase):
+    """Rests are paired a block at a time as all at once."""
+
+    def test_blocks_do_not_matter(self):
+        random = np.random.default_rng(5)
+        rows = []
+        for node in range(30):
+            times = np.sort(random.uniform(0.0, 1.0, random.integers(0, 9)))
+            released = (np.arange(len(times)) + node % 2) % 2  # some rest from the start
+            rows += [(at, node, 0.1 * node, 0, release) for at, release in zip(times, released)]
+        kinds = [("time", "f8"), ("node", "i8"), ("x", "f8"), ("support", "i8"), ("release", "i8")]
+        records = np.array(sorted(rows), dtype=kinds)
+        grid = events.Grid.over(0.0, 1.0, np.linspace(0.0, 3.0, 31))
+        found = []
+        for block in (7, 1000):
+            with unittest.mock.patch.object(events, "BLOCK", block):
+                marks, supports = events.gather_rests(RecordTable(records), grid)
+            found.append(sorted(zip(marks["x"], marks["t0"], marks["t1"])))
+            self.assertEqual(list(supports), [0])
+        self.assertEqual(*found)
+        run = types.SimpleNamespace(rests=records, begin=0.0, end=1.0)
+        self.assertEqual(found[0], sorted(zip(*rest_intervals(run))))
+        with unittest.mock.patch.object(events, "MOST_MARKS", 10):
+            cells, _ = events.gather_rests(RecordTable(records), grid)
+        whole, of_cells = (sum(marks["t1"] - marks["t0"]) for marks in (marks, cells))
+        self.assertLess(abs(of_cells - whole), 2 * len(records) / events.COLUMNS)
 
 
 class Networks(ReportTest):

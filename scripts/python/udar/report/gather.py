@@ -85,11 +85,13 @@ def open_results(folder):
         raise UserError(f"{folder}: no such folder")
     if not (folder / "results.h5").is_file() and not any((folder / name).is_file() for name in TABLES):
         raise UserError(f"{folder}: not a run folder of udar, it has neither results.h5 nor its tables")
+    missing = "no shapes, envelopes and sketch"
+    if not (folder / "results.h5").is_file():
+        return bare_run(folder), None, [f"there is no results.h5: {missing}"]
     try:
         return read_run(folder, with_fields=False, with_tables=False), h5py.File(folder / "results.h5", "r"), []
     except FAULTS as error:
-        reason = first_line(error)
-    return bare_run(folder), None, [f"results.h5 cannot be read ({reason}): no shapes, envelopes and sketch"]
+        return bare_run(folder), None, [f"results.h5 cannot be read ({first_line(error)}): {missing}"]
 
 
 class Gatherer:

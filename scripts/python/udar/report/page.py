@@ -43,16 +43,27 @@ def plain(value):
     return float(value) if math.isfinite(value) else None
 
 
+def with_gauges(sheets):
+    """The first run that has any, or the first."""
+    return next((sheet for sheet in sheets if sheet.gauges), sheets[0])
+
+
+def matching(sheets, gauge):
+    """Pairs (number of a run, its gauge at the place of a gauge of the first that has any)."""
+    first = with_gauges(sheets).run
+    for number, sheet in enumerate(sheets):
+        known = len(first.x) and len(sheet.run.x) and sheet.run is not first
+        yield number, match_gauge(sheet.run, first.place[first.gauge_node[gauge]]) if known else gauge
+
+
 def gauge_data(sheets):
-    """A chart for each gauge of the first run, with what other runs have at the same place."""
+    """A chart for each gauge of the first run that has any, with what other runs have at the same place."""
     charts = []
-    first = sheets[0].run
-    for table in sheets[0].gauges:
-        gauge, curves = table["gauge"], []
-        for number, sheet in enumerate(sheets):
-            own = gauge if number == 0 or not len(first.x) or not len(sheet.run.x) else \
-                match_gauge(sheet.run, first.place[first.gauge_node[gauge]])
-            found = next((entry for entry in sheet.gauges if entry["gauge"] == own), None)
+    first = with_gauges(sheets).run
+    for gauge in (table["gauge"] for table in with_gauges(sheets).gauges):
+        curves = []
+        for number, own in matching(sheets, gauge):
+            found = next((entry for entry in sheets[number].gauges if entry["gauge"] == own), None)
             if found is not None:
                 curves.append({"run": number, "t": packed(found["t"], "f8"),
                                **{kind: packed(found[kind]) for kind in ("line", "mass", "velocity")}})
@@ -68,14 +79,14 @@ def gauge_data(sheets):
 
 def spectrum_data(sheets):
     charts = []
-    for entry in sheets[0].gauges:
+    for entry in with_gauges(sheets).gauges:
         curves = []
-        for number, sheet in enumerate(sheets):
-            own = next((part for part in (sheet.spectra or {"amplitude": []})["amplitude"]
-                        if part["gauge"] == entry["gauge"]), None)
-            if own is not None:
-                curves.append({"run": number, "frequency": packed(sheet.spectra["frequency"], "f8"),
-                               "amplitude": packed(own["values"])})
+        for number, own in matching(sheets, entry["gauge"]):
+            spectra = sheets[number].spectra or {"amplitude": []}
+            found = next((part for part in spectra["amplitude"] if part["gauge"] == own), None)
+            if found is not None:
+                curves.append({"run": number, "frequency": packed(spectra["frequency"], "f8"),
+                               "amplitude": packed(found["values"])})
         if curves:
             charts.append({"title": f"g{entry['gauge']}", "curves": curves})
     return charts
@@ -123,7 +134,7 @@ def run_data(sheet, label, colour):
     modes = [run.summary.get(f"mode_{name}") or [] for name in ("frequency", "filtered")]
     energy = sheet.energy
     return {
-        "label": label, "colour": colour, "beam": run.along_line, "supports": supports,
+        "label": label, "colour": colour, "known": bool(len(run.x)), "supports": supports,
         "x": [run.x.min(), run.x.max()] if len(run.x) else None, "touched": sheet.touched,
         "energy": energy and {"t": packed(energy["t"], "f8"), "drift": packed(energy["drift"]),
                               "parts": {name: packed(values) for name, values in energy["parts"].items()}},
@@ -180,7 +191,7 @@ def facts(sheet):
         add("Restitution", "supports, restitution")
         add("Contact of", "contact surface")
     add("Law of contact", "contact law")
-    rows.append(("Filter", run.filter_label))
+    rows.append(("Filter", run.filter_label if len(run.x) else run.options.get("filter_frequency", "unknown")))
     rows.append(("Integrator", run.summary.get("integrator") or run.options.get("ts_type") or "unknown"))
     return [(label, together(shorten(value))) for label, value in rows]
 

@@ -14,6 +14,8 @@ class CsvTable:
 
     def __init__(self, path):
         self.path = path
+        if not path.is_file():
+            raise UserError(f"there is no {path.name}")
         with open(path, "rb") as file:
             header = file.readline().decode("utf-8").strip().split(",")
             self.rows = sum(block.count(b"\n") for block in iter(lambda: file.read(1 << 20), b""))

@@ -55,7 +55,7 @@ def gives_way(sheet):
 
 def check_penetration(sheet):
     gap = sheet.run.summary.get("min_line_gap")
-    if not sheet.run.supports:
+    if not sheet.run.supports and sheet.run.structure != UNKNOWN:
         return OK, "there are no supports"
     if not finite(gap):
         return UNKNOWN, "how near the line comes to its supports is not known"
@@ -82,8 +82,10 @@ def check_filter(sheet):
     run, summary = sheet.run, sheet.run.summary
     if run.by_modes:
         return OK, "none: the lowest modes move exactly"
+    if run.structure == UNKNOWN:
+        return UNKNOWN, f"wf = {run.options.get('filter_frequency', 'not known')}, as it was asked for"
     if not run.filtered:
-        return OK if "filter_frequency" in run.options else UNKNOWN, "none"
+        return OK, "none"
     frequency, filtered = (summary.get(f"mode_{name}") or [] for name in ("frequency", "filtered"))
     wf = f"wf = {run.filter_frequency:.4g} rad/s"
     if not frequency:

@@ -13,7 +13,7 @@ function warm(share) {
 function drawContacts() {
   const parent = document.getElementById("contact-charts");
   const known = report.runs.filter((run) => run.contact && run.x);
-  if (!report.runs.some((run) => run.supports.length)) return none(parent, "This run has no supports.");
+  if (!report.runs.some((run) => run.supports.length)) return none(parent, sayNone("supports"));
   if (!known.length) return none(parent, "Nothing is known of the contacts.");
   const [low, high] = span(known.map((run) => run.contact.impacts.speed));
   const logarithmic = low > 0 && high > 30 * low;

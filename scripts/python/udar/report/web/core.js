@@ -158,6 +158,8 @@ function chart(parent, given) {
   return made;
 }
 
+const sayNone = (what) => (report.runs.every((run) => run.known) ? `This run has no ${what}.` :
+  `Nothing is known of ${what}.`);
 const none = (parent, text) => { make("p", parent, text).className = "none"; };
 
 function fitCharts(width = 0) {

@@ -14,7 +14,7 @@ function drawGauges() {
   parent.replaceChildren();
   for (let i = charts.length - 1; i >= 0; i--) if (!charts[i][1].isConnected) charts.splice(i, 1);
   const velocity = document.getElementById("quantity").value === "velocity";
-  if (!report.gauges.length) none(parent, "This run has no gauges.");
+  if (!report.gauges.length) none(parent, sayNone("gauges"));
   for (const gauge of report.gauges) {
     const kinds = velocity ? ["velocity"] : ["mass", "line"]; // the line lies over its mass
     const [scale, unit] = unitFor(largest(gauge.curves.flatMap((curve) => kinds.map((kind) => curve[kind]))),

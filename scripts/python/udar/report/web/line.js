@@ -27,7 +27,7 @@ function wholeMotion(x, y) {
 class LineView {
   constructor(parent) {
     this.runs = report.runs.filter((run) => run.line && run.line.t.length);
-    this.deformed = false;
+    this.view = "position";
     this.at = 0;
     this.measure();
     const series = this.runs.flatMap((run) => [
@@ -36,7 +36,7 @@ class LineView {
         : []),
     ]);
     this.chart = chart(parent, {
-      x: "x along the beam [m]", y: `y [${this.unit}], not to scale with x`, height: 340, series, tables: this.tables(),
+      x: "x along the beam [m]", y: this.label, height: 340, series, tables: this.tables(),
       range: () => this.limits(), hooks: { drawClear: [(u) => this.drawSupports(u)] },
     });
   }
@@ -45,26 +45,31 @@ class LineView {
     return { label, width: 0, paths: () => null, stroke: colour, points: { show: true, size: 6, fill: colour } };
   }
 
-  // Limits of y in both views.
+  get deformed() {
+    return this.view === "deformation";
+  }
+
+  // Limits of y in all views.
   measure() {
-    const [whole, bent] = [[Infinity, -Infinity], [Infinity, -Infinity]];
+    const [whole, near, bent] = Array.from({ length: 3 }, () => [Infinity, -Infinity]);
     const widen = (limits, value) => { // what is no number widens nothing
       if (value < limits[0]) limits[0] = value;
       if (value > limits[1]) limits[1] = value;
     };
-    for (const { line, supports } of this.runs) {
+    for (const { line, supports, touched } of this.runs) {
       const n = line.x.length;
       for (let k = 0; k < line.t.length; k++) {
         const y = line.line.subarray(k * n, k * n + n);
         const [mean, slope] = wholeMotion(line.x, y);
         for (let i = 0; i < n; i++) {
           widen(whole, y[i]);
+          if (touched && line.t[k] >= touched[0] && line.t[k] <= touched[1]) widen(near, y[i]);
           widen(bent, y[i] - mean - slope * line.x[i]);
         }
       }
       for (const support of supports) {
         for (const y of support.flat && support.striker === null ? support.face : []) {
-          if (y !== null) widen(whole, y);
+          if (y !== null) [whole, near].forEach((limits) => widen(limits, y));
         }
       }
     }
@@ -73,18 +78,26 @@ class LineView {
       const room = 0.08 * (high - low) || 1e-3;
       return [low - room, high + room];
     };
-    [this.whole, this.bent] = [wide(whole), wide(bent)];
-    [this.scale, this.unit] = unitFor(Math.max(...this.whole.map(Math.abs)), "m");
-    [this.bentScale, this.bentUnit] = unitFor(Math.max(...this.bent.map(Math.abs)), "m");
+    this.ranges = { position: wide(whole), near: wide(near), deformation: wide(bent) };
+    this.units = Object.fromEntries(Object.entries(this.ranges).map(([view, range]) =>
+      [view, unitFor(Math.max(...range.map(Math.abs)), "m")]));
+  }
+
+  get scale() {
+    return this.units[this.view][0];
+  }
+
+  get label() {
+    const unit = this.units[this.view][1];
+    return this.deformed ? `deformation [${unit}]` : `y [${unit}], not to scale with x`;
   }
 
   limits() {
-    const scale = this.deformed ? this.bentScale : this.scale;
-    return (this.deformed ? this.bent : this.whole).map((value) => value / scale);
+    return this.ranges[this.view].map((value) => value / this.scale);
   }
 
   tables() {
-    const scale = this.deformed ? this.bentScale : this.scale;
+    const { scale } = this;
     return this.runs.map(({ line }) => {
       const n = line.x.length;
       const k = nearestFrame(line.t, this.at);
@@ -96,13 +109,10 @@ class LineView {
     });
   }
 
-  show(at, deformed) {
-    const turned = deformed !== this.deformed;
-    [this.at, this.deformed] = [at, deformed];
+  show(at, view) {
+    [this.at, this.view] = [at, view];
     const tables = this.tables();
-    if (turned) {
-      this.chart.axes[1].label = deformed ? `deformation [${this.bentUnit}]` : `y [${this.unit}], not to scale with x`;
-    }
+    this.chart.axes[1].label = this.label;
     this.chart.setData(tables.length > 1 ? uPlot.join(tables) : tables[0]);
   }
 

@@ -30,6 +30,10 @@ class Motion {
     this.spaces = report.runs.filter((run) => run.space);
     if (this.spaces.length) this.prepareSpace();
     else this.element("space-controls").remove();
+    const choice = this.element("view");
+    const near = choice.querySelector("[value=near]");
+    if (!report.runs.some((run) => run.line && run.touched)) near.remove();
+    else if (longFlight) choice.value = "near";
     const slider = this.element("frame");
     slider.max = this.times.length - 1;
     slider.addEventListener("input", () => this.show(Number(slider.value)));
@@ -93,8 +97,7 @@ class Motion {
     const at = this.times[frame];
     this.element("frame").value = frame;
     this.element("frame-time").textContent = `t = ${show(at, "s", 6)}, frame ${frame + 1} of ${this.times.length}`;
-    const deformed = this.element("view").value === "deformation";
-    for (const view of this.views) view.show(at, deformed);
+    for (const view of this.views) view.show(at, this.element("view").value);
   }
 
   play() {
@@ -111,8 +114,11 @@ class Motion {
   }
 }
 
+// What flies for most of the time is first shown from its contact on.
+const touched = report.runs.map((run) => run.touched).filter((spans) => spans);
+const longFlight = touched.length > 0 && Math.min(...touched.map((spans) => spans[0])) - begin > 0.3 * (end - begin);
+
 function prepareZoom() {
-  const touched = report.runs.map((run) => run.touched).filter((spans) => spans);
   document.getElementById("zoom-all").addEventListener("click", () => zoomTime(...wholeTime()));
   const [later, close] = ["zoom-later", "zoom-contact"].map((id) => document.getElementById(id));
   if (!touched.length) {
@@ -126,8 +132,7 @@ function prepareZoom() {
   close.addEventListener("click", () => within(first - room, last + room));
   const afterFlight = () => within(first - 0.1 * (end - first), end);
   later.addEventListener("click", afterFlight);
-  // What flies for most of the time is first shown from its contact on.
-  if (first - begin > 0.3 * (end - begin)) afterFlight();
+  if (longFlight) afterFlight();
 }
 
 drawContacts();

@@ -84,8 +84,8 @@ class SpaceView {
     return out;
   }
 
-  show(at, deformed) {
-    [this.at, this.deformed] = [at, deformed];
+  show(at, view) {
+    [this.at, this.deformed] = [at, view === "deformation"];
     this.draw();
   }
 
