@@ -52,8 +52,9 @@ endfunction()
 
 # udar_add_python_package(FOLDER): what such scripts import, in `python` of the build folder and of share/udar.
 function(udar_add_python_package folder)
-  file(GLOB_RECURSE files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${folder} ${folder}/*)
-  list(FILTER files EXCLUDE REGEX "__pycache__")
+  set(patterns *.py *.js *.css *.html *.md LICENSE.*)
+  list(TRANSFORM patterns PREPEND ${folder}/)
+  file(GLOB_RECURSE files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${folder} ${patterns})
   cmake_path(GET folder FILENAME name)
   foreach(file IN LISTS files)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${file})

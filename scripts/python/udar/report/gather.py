@@ -16,6 +16,7 @@ from .streams import CsvTable, SummedTable, WideTable, thin_table
 
 PARTS = 2000             # of a curve: of each the least and the greatest value are kept
 MOST_FORCES = 7          # supports whose forces are drawn; of more the largest, and the sum of all
+MANY_SUPPORTS = 20       # of so many pauses between touches are told as far as a screen shows them
 TABLES = ("gauges.csv", "energy.csv", "contact.csv", "impacts.csv", "summary.json", "restart.h5")
 FAULTS = (UserError, OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError, UnicodeDecodeError)
 
@@ -214,12 +215,19 @@ class Gatherer:
         impacts, cell, hit = events.gather_impacts(hits, grid)
         rests, bore = events.gather_rests(stays, grid)
         table, columns = self.force_table("impulse")
-        spans = events.gather_spans(table, columns, (sheet.end - sheet.begin) / PARTS if len(columns) > 20 else 0.0)
+        spans = events.gather_spans(table, columns, self.shortest_pause(len(table), len(columns)))
         together = columns == ["impulse"]
         told = np.isin(spans[:, 0], np.union1d(hit, bore)) & (not together)
         sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": len(hits), "together": together,
                          "spans": dict(zip(("support", "t0", "t1", "impulse"), spans[~told].T)),
                          "all_spans": spans}
+
+    def shortest_pause(self, rows, supports):
+        """Pauses between touches that a screen cannot show, where there may be more touches than can be kept [s]."""
+        length = self.sheet.end - self.sheet.begin
+        if supports > MANY_SUPPORTS:
+            return length / PARTS
+        return length / events.MOST_MARKS if rows > events.MOST_MARKS else 0.0
 
     def read_strikers(self, count):
         names = [f"position_{k}" for k in range(count)]
