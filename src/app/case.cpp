@@ -109,9 +109,6 @@ void check_yielding(const CaseInput& input) {
   if (!input.structure.beam() || !input.beam.beam.yields()) {
     return;
   }
-  if (!input.contact.strikers.empty()) {
-    throw InputError{"option -beam_yield_moment is not allowed with -striker_position"};
-  }
   if (input.filter.exact.any()) {
     throw InputError{
         "option -beam_yield_moment is not allowed with -filter_correct_modes and -filter_correct_mode: modes of a beam "

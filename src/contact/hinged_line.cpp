@@ -31,7 +31,7 @@ void refuse_line_without_hinges(const FilteredStructure& line, const LineContact
 }  // namespace
 
 HingedLine::HingedLine(FilteredStructure& line, const LineContact* contact)
-    : line_{&line}, contact_{contact}, hinges_{line.structure().chain()->plastic_hinges()} {
+    : line_{&line}, beam_{line.structure().chain()}, contact_{contact}, hinges_{beam_->plastic_hinges()} {
   refuse_line_without_hinges(line, contact);
   if (const std::size_t rows = hinges_.size() + contacts(); rows > kMostRows) {
     throw InputError{"beam hinge position: " + std::to_string(rows) +
@@ -39,7 +39,7 @@ HingedLine::HingedLine(FilteredStructure& line, const LineContact* contact)
                      "; give some places, or fewer elements"};
   }
   for (std::size_t i = 0; i < hinges_.size(); ++i) {
-    if (line.points().owns(hinges_[i].node)) {
+    if (beam_->begin() <= hinges_[i].node && hinges_[i].node < beam_->end()) {
       mine_.push_back(i);
     }
   }

@@ -82,10 +82,6 @@ REFUSED = {
         {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "beam_formulation": "hermite"},
         ["-beam_formulation", "hermite", "mixed"],
     ),
-    "yielding_struck": (
-        {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "striker_position": 5, "striker_mass": 10},
-        ["-beam_yield_moment", "-striker_position"],
-    ),
     "yielding_with_corrected_modes": (
         {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "filter_correct_modes": 2},
         ["-beam_yield_moment", "-filter_correct_modes"],

@@ -33,8 +33,9 @@ class HingedLine {
   [[nodiscard]] std::size_t contacts() const noexcept { return contact_ != nullptr ? contact_->points().size() : 0; }
   /// Hinges on this rank's nodes, ascending.
   [[nodiscard]] std::span<const std::size_t> mine() const noexcept { return mine_; }
+  /// Local node of such a hinge.
   [[nodiscard]] std::size_t local(std::size_t hinge) const {
-    return static_cast<std::size_t>(hinges_[hinge].node - line_->points().begin());
+    return static_cast<std::size_t>(hinges_[hinge].node - beam_->begin());
   }
 
   /// @name Plastic rotation of each hinge [rad], and how much it has turned forth and back; equal on every rank.
@@ -67,6 +68,7 @@ class HingedLine {
 
  private:
   FilteredStructure* line_;
+  const BeamChain* beam_;
   const LineContact* contact_;
   std::vector<PlasticHinge> hinges_;
   std::vector<std::size_t> mine_;
