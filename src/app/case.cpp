@@ -1,6 +1,7 @@
 #include "udar/app/case.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numbers>
@@ -116,6 +117,27 @@ void check_yielding(const CaseInput& input) {
   }
 }
 
+/// An end that may not turn does not turn at the start. Displacements of what is held are checked by the structure.
+void check_pivot(const CaseInput& input) {
+  if (!input.start.initial.pivot) {
+    return;
+  }
+  const auto [x, y, z] = input.start.initial.spin;
+  const std::array turning{x, y, z + input.start.initial.angular_velocity};
+  const auto turned = [&](const Junction& junction) {
+    return (junction.held[3] && turning[0] != 0.0) || (junction.held[4] && turning[1] != 0.0) ||
+           (junction.held[5] && turning[2] != 0.0);
+  };
+  const BeamParameters& beam = input.beam.beam;
+  const bool clamped = std::isinf(beam.left.rotational_stiffness) || std::isinf(beam.right.rotational_stiffness);
+  if ((input.structure.beam() && clamped) ||
+      (input.structure.network && std::ranges::any_of(input.structure.network->junctions, turned))) {
+    throw InputError{
+        "option -initial_pivot is not allowed with an end or a junction that is held against that rotation, expected "
+        "pinned ones"};
+  }
+}
+
 /// What knows nothing of strikers.
 void check_strikers(const CaseInput& input) {
   if (input.contact.strikers.empty()) {
@@ -208,6 +230,7 @@ CaseInput read_case(MPI_Comm comm) {
   check_gauges(input);
   check_space(input);
   check_axles(input);
+  check_pivot(input);
   check_strikers(input);
   check_yielding(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);

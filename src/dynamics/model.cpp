@@ -16,6 +16,7 @@ ContactParameters resolved(ContactParameters contact, const FilterParameters& fi
 
 InitialState checked(const MassPoints& points, InitialState initial) {
   refuse_shape(points, initial);
+  refuse_torn(points, initial);
   return initial;
 }
 

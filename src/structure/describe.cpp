@@ -48,12 +48,13 @@ void describe(Description& all, const BeamParameters& beam) {
 }
 
 void describe(Description& all, const InitialState& initial) {
-  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, shape] = initial;
+  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, pivot, shape] = initial;
   static_cast<void>(velocity);
   static_cast<void>(angular_velocity);
   static_cast<void>(velocity_x);
   static_cast<void>(velocity_z);
   static_cast<void>(spin);
+  static_cast<void>(pivot);
   static_cast<void>(shape);
   all.add("initial height [m]", height);
   all.add("initial slope", slope);

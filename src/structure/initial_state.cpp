@@ -1,6 +1,9 @@
 #include "udar/structure/initial_state.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <sstream>
 #include <string>
 
 #include "structure/place_algebra.hpp"
@@ -28,6 +31,35 @@ Place centre_of_mass(const MassPoints& points) {
   return {.x = sums[1] / sums[0], .y = sums[2] / sums[0], .z = sums[3] / sums[0]};
 }
 
+/// Velocities of a body that does not strain.
+class RigidMotion {
+ public:
+  /// @note Collective with a spin and no pivot.
+  RigidMotion(const MassPoints& points, const InitialState& initial)
+      : initial_{&initial},
+        pivot_{initial.pivot.value_or(Place{.x = points.extent().middle()})},
+        centre_{initial.pivot     ? *initial.pivot
+                : initial.spins() ? centre_of_mass(points)
+                                  : Place{}} {}
+
+  [[nodiscard]] Place at(const Place& place) const {
+    const double turning = initial_->angular_velocity;
+    Place velocity{.x = initial_->velocity_x - turning * (place.y - pivot_.y),
+                   .y = initial_->velocity + turning * (place.x - pivot_.x),
+                   .z = initial_->velocity_z};
+    if (initial_->spins()) {
+      velocity = velocity + cross(initial_->spin, place - centre_);
+    }
+    return velocity;
+  }
+  [[nodiscard]] Place turning() const { return initial_->spin + initial_->angular_velocity * Place{.z = 1.0}; }
+
+ private:
+  const InitialState* initial_;
+  Place pivot_;
+  Place centre_;
+};
+
 }  // namespace
 
 std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial) {
@@ -44,8 +76,7 @@ std::vector<double> reference_axis(const MassPoints& points, const InitialState&
 
 MassState initial_masses(const MassPoints& points, const InitialState& initial) {
   MassState masses{.position = reference_axis(points, initial), .velocity = std::vector<double>(points.points())};
-  const double middle = points.extent().middle();
-  const Place centre = initial.spins() ? centre_of_mass(points) : Place{};
+  const RigidMotion motion{points, initial};
   for (std::size_t point = 0; point < points.points(); ++point) {
     if (points.fixed(point)) {
       continue;
@@ -53,16 +84,10 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
     const Place at = points.place(point);
     const Place along = points.axis(point);
     masses.position[point] += along.y * interpolate(initial.shape.x, initial.shape.offset, at.x);
-    Place velocity{.x = initial.velocity_x - initial.angular_velocity * at.y,
-                   .y = initial.velocity + initial.angular_velocity * (at.x - middle) +
-                        interpolate(initial.shape.x, initial.shape.velocity, at.x),
-                   .z = initial.velocity_z};
-    if (initial.spins()) {
-      velocity = velocity + cross(initial.spin, at - centre);
-    }
-    masses.velocity[point] = points.direction(point) == Direction::other
-                                 ? dot(points.turning(point), initial.spin + initial.angular_velocity * Place{.z = 1.0})
-                                 : dot(along, velocity);
+    Place velocity = motion.at(at);
+    velocity.y += interpolate(initial.shape.x, initial.shape.velocity, at.x);
+    masses.velocity[point] = points.direction(point) == Direction::other ? dot(points.turning(point), motion.turning())
+                                                                         : dot(along, velocity);
   }
   each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {
     const double speed = strike.side * (strike.velocity - masses.velocity[both]);  // of the gap
@@ -82,6 +107,28 @@ void refuse_shape(const MassPoints& points, const InitialState& initial) {
     }
   }
   throw_together<InputError>(points.comm(), fault);
+}
+
+void refuse_torn(const MassPoints& points, const InitialState& initial) {
+  if (!initial.pivot) {
+    return;
+  }
+  constexpr double kStill = 1e-9;  // of the speed at the largest distance: places typed with ten digits
+  const RigidMotion motion{points, initial};
+  const double fastest = norm(motion.turning()) * points.largest_extent();
+  double torn = 0.0;
+  for (std::size_t point = 0; point < points.points(); ++point) {
+    if (points.fixed(point) && points.direction(point) != Direction::other) {
+      torn = std::max(torn, std::abs(dot(points.axis(point), motion.at(points.place(point)))));
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &torn, 1, MPI_DOUBLE, MPI_MAX, points.comm());
+  if (torn > kStill * fastest) {
+    std::ostringstream message;
+    message << "initial pivot: a place that is held would start with " << torn
+            << " m/s, expected a pivot about which nothing that is held moves [m]";
+    throw InputError{message.str()};
+  }
 }
 
 }  // namespace udar

@@ -459,6 +459,16 @@ REFUSED = {
         {"load_position": 5, "load_table": "table.csv", "load_width": -1},
         ["-load_width", "-1", ">= 0", "[m]"],
     ),
+    "pivot_of_two_numbers": ({"initial_pivot": "1,2", "initial_angular_velocity": 1}, ["-initial_pivot", "2 values"]),
+    "pivot_of_no_rotation": ({"initial_pivot": 1}, ["-initial_pivot", "without -initial_angular_velocity"]),
+    "pivot_away_from_the_hinge": (
+        {"initial_pivot": 5, "initial_angular_velocity": 1, "beam_left_end": "pinned"},
+        ["-initial_pivot", "5 m/s", "held"],
+    ),
+    "pivot_in_a_clamp": (
+        {"initial_pivot": 0, "initial_angular_velocity": 1, "beam_left_end": "clamped"},
+        ["-initial_pivot", "held against that rotation"],
+    ),
     "axles_without_speed": ({"load_axles": "table.csv"}, ["-load_axles_speed", "1", "-load_axles"]),
     "axles_that_stand": ({"load_axles": "table.csv", "load_axles_speed": 0}, ["-load_axles_speed", "0", "[m/s]"]),
     "axles_before_the_first": (

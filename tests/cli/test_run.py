@@ -1049,7 +1049,8 @@ def changes_at_a_restart(folder):
          "contact surface: mass there, line here", "contact nodes solved as few, at most: 0 there, 7 here"),
     )
     accepted = (
-        {"initial_velocity": 1}, {"initial_angular_velocity": 1}, {"initial_shape": path["shape"]},
+        {"initial_velocity": 1}, {"initial_angular_velocity": 1},
+        {"initial_angular_velocity": 1, "initial_pivot": 2}, {"initial_shape": path["shape"]},
         {"beam_outer_fibre": 0.2, "beam_yield_stress": 1e8}, {"filter_check_interval": 7},
         {"filter_residual_tolerance": 1e-7}, {"filter_pc_chain_lanes": 1}, {"contact_tolerance": 1e-9},
         {"gauge_position": 3}, {"output_interval": 0.02}, {"output_field_interval": 0.03}, {"output_force_window": 0.5},

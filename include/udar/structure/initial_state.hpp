@@ -2,6 +2,7 @@
 /// @file
 /// How the beam starts.
 
+#include <optional>
 #include <vector>
 
 #include "udar/structure/mass_points.hpp"
@@ -13,10 +14,13 @@ struct InitialState {
   double height = 0.0;            ///< of the axis at mid-length above y = 0 [m]
   double slope = 0.0;             ///< of the axis [-]
   double velocity = 0.0;          ///< of all masses, y up [m/s]
-  double angular_velocity = 0.0;  ///< about mid-length and y = 0 of its own axes, counter-clockwise [rad/s]
+  double angular_velocity = 0.0;  ///< about mid-length and y = 0 of its own axes, or the pivot, counter-clockwise
+                                  ///< [rad/s]
   double velocity_x = 0.0;        ///< of all masses that move in space [m/s]
   double velocity_z = 0.0;        ///< the same
-  Place spin{};                   ///< about the centre of mass, along x, y, z [rad/s], of what moves in space
+  Place spin{};                   ///< about the centre of mass, or the pivot, along x, y, z [rad/s], of what moves in
+                                  ///< space
+  std::optional<Place> pivot{};   ///< about which the structure turns as a rigid body, in its own axes [m]
   /// A shape added to the axis, linear between its points, constant beyond them; may be empty.
   struct Shape {
     std::vector<double> x;         ///< [m], strictly ascending
@@ -42,5 +46,8 @@ struct MassState {
 /// @brief Refuses a shape of points that move along x or z, too.
 /// @note Collective. @throws InputError on all ranks
 void refuse_shape(const MassPoints& points, const InitialState& initial);
+/// @brief Refuses a rotation about a pivot that would move what is held.
+/// @note Collective. @throws InputError on all ranks
+void refuse_torn(const MassPoints& points, const InitialState& initial);
 
 }  // namespace udar

@@ -10,6 +10,30 @@ namespace udar::app {
 
 using petsc::OptionGroup;
 
+namespace {
+
+void read_pivot(OptionGroup& group, InitialState& initial) {
+  Numbers pivot;
+  if (!group.reals("-initial_pivot", pivot, "m", petsc::any(),
+                   "about which the structure turns at the start as a rigid body, such as a hinge at its end: x of a "
+                   "beam, x,y,z of a network, in its own axes; nothing that is held may move")) {
+    return;
+  }
+  if (pivot.size() != 1 && pivot.size() != 3) {
+    throw InputError{"option -initial_pivot: " + std::to_string(pivot.size()) +
+                     " values given, expected 1, x, or 3, x,y,z [m]"};
+  }
+  if (initial.angular_velocity == 0.0 && !initial.spins()) {
+    throw InputError{
+        "option -initial_pivot is not allowed without -initial_angular_velocity or -initial_spin, expected one that is "
+        "not 0 [rad/s]"};
+  }
+  pivot.resize(3, 0.0);
+  initial.pivot = Place{.x = pivot[0], .y = pivot[1], .z = pivot[2]};
+}
+
+}  // namespace
+
 StartInput read_start(MPI_Comm comm) {
   StartInput input;
   OptionGroup group{comm,
@@ -24,18 +48,20 @@ StartInput read_start(MPI_Comm comm) {
   group.real("-initial_slope", input.initial.slope, "-", petsc::any(), "slope of the axis");
   group.real("-initial_velocity", input.initial.velocity, "m/s", petsc::any(), "velocity of all masses, up");
   group.real("-initial_angular_velocity", input.initial.angular_velocity, "rad/s", petsc::any(),
-             "about mid-length, counter-clockwise");
+             "about mid-length or -initial_pivot, counter-clockwise");
   input.in_space = group.real("-initial_velocity_x", input.initial.velocity_x, "m/s", petsc::any(),
                               "for networks: velocity of all masses along x");
   input.in_space |= group.real("-initial_velocity_z", input.initial.velocity_z, "m/s", petsc::any(),
                                "for networks: velocity of all masses along z");
   Numbers spin;
   if (group.reals("-initial_spin", spin, "rad/s", petsc::any(),
-                  "for networks: angular velocities about x, y, z through the centre of mass, three numbers")) {
+                  "for networks: angular velocities about x, y, z through the centre of mass or -initial_pivot, three "
+                  "numbers")) {
     spin = petsc::one_per("-initial_spin", spin, 3, "about x, y, z");
     input.initial.spin = {.x = spin[0], .y = spin[1], .z = spin[2]};
     input.in_space = true;
   }
+  read_pivot(group, input.initial);
   group.string(
       "-initial_shape", shape,
       "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
