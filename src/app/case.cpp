@@ -138,6 +138,25 @@ void check_pivot(const CaseInput& input) {
   }
 }
 
+/// Loads of one law share its table; one is no larger than all together may be.
+void make_law_tables(std::vector<NodalLoad>& loads, double end) {
+  constexpr std::size_t kMostRows = 10'000'000;
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    if (loads[i].law) {
+      const auto same = std::ranges::find(loads, loads[i].law, &NodalLoad::law);
+      const auto first = static_cast<std::size_t>(same - loads.begin());
+      loads[i].table = first < i ? loads[first].table : law_table(*loads[i].law, end);
+      rows += first < i ? 0 : loads[i].table->time().size();
+    }
+    if (rows > kMostRows) {
+      throw InputError{"option -load_law: the tables of the first " + std::to_string(i + 1) + " loads have " +
+                       std::to_string(rows) + " rows, expected at most " + std::to_string(kMostRows) +
+                       ": earlier -load_until or a larger -load_accuracy"};
+    }
+  }
+}
+
 /// What knows nothing of strikers.
 void check_strikers(const CaseInput& input) {
   if (input.contact.strikers.empty()) {
@@ -220,6 +239,7 @@ CaseInput read_case(MPI_Comm comm) {
     check_unfiltered(input);
   }
   input.start = read_start(comm);
+  input.start.loads = read_loads(comm, input.structure.network);
   input.start.travelling_loads = read_travelling_loads(comm);
   input.start.base_motion = read_base_motion(comm);
   input.contact = read_contact(comm, input.structure.network);
@@ -274,6 +294,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.restart = input.output.restart;
   settled.wall_limit = input.output.wall_limit;
   settled.end_time = input.time.end;
+  make_law_tables(settled.loads, settled.end_time);
   settled.guard = input.output.guard;
   settled.view = input.output.view;
   return settled;

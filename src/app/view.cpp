@@ -226,7 +226,7 @@ void add_places(Description& built, const Case& input, const MassPoints& points)
       continue;  // on many
     }
     std::vector<double> shares;
-    for (const auto& [node, share] : points.lever({.x = input.loads[i].position})) {
+    for (const auto& [node, share] : dealt(points, input.loads[i])) {
       shares.insert(shares.end(), {static_cast<double>(node), place_of(points, node).x, share});
     }
     built.add("load " + std::to_string(i) + ", nodes, places [m], shares", rounded(shares));

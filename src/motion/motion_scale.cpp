@@ -218,7 +218,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
                                                 "support height",
                                                 "gravity",
                                                 "support motion",
-                                                base_alone ? "base motion" : "load table"};
+                                                base_alone ? "base motion" : "load table, load law"};
   MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
   for (std::size_t i = 0; i < inputs; ++i) {
     if (!(largest[2 * i] <= furthest)) {

@@ -60,21 +60,81 @@ void describe(Description& all, const InitialState& initial) {
   all.add("initial slope", slope);
 }
 
+namespace {
+
+/// Those of the laws of loads, one number after the other.
+void describe_laws(Description& all, std::span<const NodalLoad> loads) {
+  std::vector<TimeLaw> laws;
+  for (const NodalLoad& load : loads) {
+    if (load.law) {
+      laws.push_back(*load.law);
+    }
+  }
+  if (laws.empty()) {
+    return;
+  }
+  const auto each = [&](std::string_view name, std::size_t index) {
+    all.add_each(name, laws, [index](const TimeLaw& law) {
+      const auto& [course, start, until, amplitude, frequency, last_frequency, phase, duration, decay, at_below,
+                   density_below, seed, period, accuracy] = law;
+      static_cast<void>(at_below);
+      static_cast<void>(density_below);
+      return std::array{
+          static_cast<double>(course), start,  until,   amplitude, frequency, last_frequency, phase, duration, decay,
+          static_cast<double>(seed),   period, accuracy}
+          .at(index);
+    });
+  };
+  constexpr std::array kNames{"laws of loads (0 harmonic, 1 random, 2 friedlander)",
+                              "laws of loads, starts [s]",
+                              "laws of loads, ends [s]",
+                              "laws of loads, amplitudes [N]",
+                              "laws of loads, frequencies [Hz]",
+                              "laws of loads, last frequencies [Hz]",
+                              "laws of loads, phases [rad]",
+                              "laws of loads, durations [s]",
+                              "laws of loads, decays",
+                              "laws of loads, seeds",
+                              "laws of loads, periods [s]",
+                              "laws of loads, accuracies"};
+  for (std::size_t index = 0; index < kNames.size(); ++index) {
+    each(kNames.at(index), index);
+  }
+  all.add_all("laws of loads, spectra, frequencies [Hz]", laws,
+              [](const TimeLaw& law) { return std::span<const double>{law.at}; });
+  all.add_all("laws of loads, spectra, densities [N^2/Hz]", laws,
+              [](const TimeLaw& law) { return std::span<const double>{law.density}; });
+}
+
+}  // namespace
+
+/// A table that a law makes is as long as the run: the law is told in its place.
 void describe(Description& all, std::span<const NodalLoad> loads) {
   const auto list = [&](std::string_view name, bool times) {
     all.add_all(name, loads, [times](const NodalLoad& load) {
-      const auto& [position, width, table] = load;
-      static_cast<void>(position);
-      static_cast<void>(width);
-      return times ? table->time() : table->value();
+      const auto& [position, width, table, breadth, y, z, direction, law] = load;
+      for (const double below : {position, width, breadth, y, z, direction.x}) {
+        static_cast<void>(below);
+      }
+      return law ? std::span<const double>{} : times ? table->time() : table->value();
     });
   };
+  const auto some = [&](std::string_view name, const auto& value, double usual) {
+    if (std::ranges::any_of(loads, [&](const NodalLoad& load) { return value(load) != usual; })) {
+      all.add_each(name, loads, value);
+    }
+  };
   all.add_each("loads, positions [m]", loads, [](const NodalLoad& load) { return load.position; });
-  if (std::ranges::any_of(loads, [](const NodalLoad& load) { return load.width != 0.0; })) {
-    all.add_each("loads, widths [m]", loads, [](const NodalLoad& load) { return load.width; });
-  }
+  some("loads, widths [m]", [](const NodalLoad& load) { return load.width; }, 0.0);
+  some("loads, breadths [m]", [](const NodalLoad& load) { return load.breadth; }, 0.0);
+  some("loads, y [m]", [](const NodalLoad& load) { return load.y; }, 0.0);
+  some("loads, z [m]", [](const NodalLoad& load) { return load.z; }, 0.0);
+  some("loads, directions, x", [](const NodalLoad& load) { return load.direction.x; }, 0.0);
+  some("loads, directions, y", [](const NodalLoad& load) { return load.direction.y; }, 1.0);
+  some("loads, directions, z", [](const NodalLoad& load) { return load.direction.z; }, 0.0);
   list("loads, times [s]", true);
   list("loads, forces [N]", false);
+  describe_laws(all, loads);
 }
 
 void describe(Description& all, std::span<const TravellingLoad> loads) {

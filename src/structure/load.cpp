@@ -1,6 +1,7 @@
 #include "udar/structure/load.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -88,6 +89,19 @@ Way way_along(const MassPoints& points, const char* quantity) {
   return {.x = std::move(all), .begin = static_cast<std::size_t>(begins[static_cast<std::size_t>(rank)])};
 }
 
+void require_load(const NodalLoad& load, const Extent& extent) {
+  require_on("load position, load place", load.position, extent);
+  if (!load.table) {
+    throw InputError{"load table: none is given for a load, expected a force over time [N]"};
+  }
+  if (load.breadth > 0.0 && load.width == 0.0) {
+    throw InputError{"load breadth: not allowed without a length along the beam, `load width`, expected 0 [m]"};
+  }
+  if (load.width != 0.0 && (load.direction.x != 0.0 || load.direction.y != 1.0 || load.direction.z != 0.0)) {
+    throw InputError{"load width: not allowed with another `load direction` than 0,1,0, expected 0 [m]"};
+  }
+}
+
 /// Even over a length: hats of the nodes keep force and moment. @note Collective.
 LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
   const Way along = way_along(points, "load width");
@@ -111,16 +125,59 @@ LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
     share[node] += (right - left - of_next) / (to - from);
     share[node + 1] += of_next / (to - from);
   }
+  const double total = load.breadth > 0.0 ? load.breadth * (to - from) : 1.0;
   LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
   for (std::size_t node = 0; node < share.size(); ++node) {
     if (share[node] > 0.0) {
-      along.add(points, node, share[node], pattern);
+      along.add(points, node, total * share[node], pattern);
     }
   }
   return pattern;
 }
 
+/// What acts along a direction across y at a node that moves in space, on its points. @note Collective.
+std::vector<PointShare> dealt_across(const MassPoints& points, const NodalLoad& load) {
+  const PetscInt node = points.nearest(load.place());
+  std::array<double, 7> told{};  // whether it moves in space, then points and shares
+  if (points.owns(node)) {
+    const auto own = static_cast<std::size_t>(node - points.begin());
+    if (const auto others = points.beside(own)) {
+      const Place across = load.direction - load.direction.y * kUp;
+      told[0] = 1.0;
+      for (std::size_t k = 0; const std::size_t point : {own, (*others)[0], (*others)[1]}) {
+        told.at(1 + k) = static_cast<double>(points.global(point));
+        told.at(4 + k) = dot(points.axis(point), across);
+        ++k;
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, told.data(), static_cast<int>(told.size()), MPI_DOUBLE, MPI_SUM, points.comm());
+  if (told[0] == 0.0) {
+    throw InputError{"load direction: not allowed but with nodes that move in space, expected 0,1,0, which is up"};
+  }
+  std::vector<PointShare> shares;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (told.at(4 + k) != 0.0) {
+      shares.push_back({.point = static_cast<PetscInt>(told.at(1 + k)), .share = told.at(4 + k)});
+    }
+  }
+  return shares;
+}
+
 }  // namespace
+
+std::vector<PointShare> dealt(const MassPoints& points, const NodalLoad& load) {
+  std::vector<PointShare> shares;
+  if (load.direction.x != 0.0 || load.direction.z != 0.0) {
+    shares = dealt_across(points, load);
+  }
+  if (load.direction.y != 0.0) {
+    for (const auto& [point, share] : points.lever(load.place())) {
+      shares.push_back({.point = point, .share = load.direction.y * share});
+    }
+  }
+  return shares;
+}
 
 Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
              std::span<const BaseMotion> base, std::span<const TravellingLoad> travelling)
@@ -133,16 +190,13 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
     }
   }
   for (const NodalLoad& load : nodal) {
-    require_on("load position", load.position, points.extent());
-    if (!load.table) {
-      throw InputError{"load table: none is given for a load, expected a force over time [N]"};
-    }
+    require_load(load, points.extent());
     if (load.width != 0.0) {
       add(spread(points, load));
       continue;
     }
     LoadPattern pattern{.point = {}, .share = {}, .table = load.table};
-    for (const auto& [point, share] : points.lever({.x = load.position})) {
+    for (const auto& [point, share] : dealt(points, load)) {
       if (points.owns(point)) {
         pattern.point.push_back(static_cast<std::size_t>(point - points.begin()));
         pattern.share.push_back(share);

@@ -16,6 +16,9 @@ LAUNCHES = (0, 2)  # without mpiexec, and on two ranks
 LONGEST_LINE = 400
 WORKERS = 4
 
+HARMONIC = {"load_law": "harmonic", "load_amplitude": 1e3, "load_frequency": 5}
+RANDOM = {"load_law": "random", "load_density": 10, "load_band": "1,20", "load_period": 10}
+
 # name: (changed options, what the message must contain)
 REFUSED = {
     "unknown_option": ({"beam_elemnts": 20}, ["-beam_elemnts", "-beam_elements"]),
@@ -449,6 +452,7 @@ REFUSED = {
     "three_sides_two_supports": ({"support_side": "below,below,below"}, ["-support_side", "3", "2"]),
     "three_restitutions_two_supports": ({"contact_restitution": "1,1,1"}, ["-contact_restitution", "3", "2"]),
     "two_tables_one_load": ({"load_position": 5, "load_table": "table.csv,table.csv"}, ["-load_table", "2", "1"]),
+    "table_without_load": ({"load_table": "table.csv"}, ["-load_table", "nothing to apply to", "-load_position"]),
     "load_without_table": ({"load_position": 5}, ["-load_table"]),
     "width_without_load": ({"load_width": 1}, ["-load_width", "without -load_position"]),
     "width_off_the_beam": (
@@ -459,6 +463,92 @@ REFUSED = {
         {"load_position": 5, "load_table": "table.csv", "load_width": -1},
         ["-load_width", "-1", ">= 0", "[m]"],
     ),
+    "breadth_without_load": ({"load_breadth": 1}, ["-load_breadth", "without -load_position"]),
+    "breadth_without_width": (
+        {"load_position": 5, "load_table": "table.csv", "load_breadth": 2},
+        ["-load_breadth", "-load_width", "[m]"],
+    ),
+    "place_of_two_numbers": ({"load_place": "1,2", "load_table": "table.csv"}, ["-load_place", "2 values", "three"]),
+    "load_at_a_junction_of_a_beam": (
+        {"load_junction": "knee", "load_table": "table.csv"},
+        ["-load_junction", "'knee'", "-structure_type network"],
+    ),
+    "load_across_a_beam": (
+        {"load_position": 5, "load_table": "table.csv", "load_direction": "0,0,1"},
+        ["-load_direction", "in space", "0,1,0"],
+    ),
+    "load_in_no_direction": (
+        {"load_position": 5, "load_table": "table.csv", "load_direction": "0,0,0"},
+        ["-load_direction", "0,0,0", "not 0"],
+    ),
+    "load_in_two_directions": (
+        {"load_position": 5, "load_table": "table.csv", "load_direction": "0,1"},
+        ["-load_direction", "2 values", "3"],
+    ),
+    "load_of_another_law": (
+        {"load_position": 5, "load_law": "sawtooth"},
+        ["-load_law", "sawtooth", "table, harmonic, random, friedlander"],
+    ),
+    "law_without_load": ({"load_law": "harmonic"}, ["-load_law", "-load_position"]),
+    "amplitude_of_a_table": (
+        {"load_position": 5, "load_table": "table.csv", "load_amplitude": 3},
+        ["-load_amplitude", "-load_law harmonic or friedlander"],
+    ),
+    "table_of_a_law": (
+        {"load_position": 5, "load_table": "table.csv", **HARMONIC},
+        ["-load_table", "-load_law table"],
+    ),
+    "start_before_zero": ({"load_position": 5, **HARMONIC, "load_start": -1}, ["-load_start", "-1", ">= 0", "[s]"]),
+    "end_before_the_start": (
+        {"load_position": 5, **HARMONIC, "load_start": 2, "load_until": 1},
+        ["-load_until", "1", "-load_start", "[s]"],
+    ),
+    "harmonic_without_amplitude": (
+        {"load_position": 5, **HARMONIC, "load_amplitude": None},
+        ["-load_amplitude", "needed", "harmonic"],
+    ),
+    "harmonic_without_frequency": (
+        {"load_position": 5, **HARMONIC, "load_frequency": None},
+        ["-load_frequency", "needed", "harmonic"],
+    ),
+    "negative_frequency": ({"load_position": 5, **HARMONIC, "load_frequency": -3}, ["-load_frequency", "-3", "[Hz]"]),
+    "phase_that_is_none": ({"load_position": 5, **HARMONIC, "load_phase": "nan"}, ["-load_phase", "nan", "[rad]"]),
+    "sweep_without_end": ({"load_position": 5, **HARMONIC, "load_last_frequency": 9}, ["-load_until", "inf", "[s]"]),
+    "accuracy_of_nothing": ({"load_position": 5, **HARMONIC, "load_accuracy": 0}, ["-load_accuracy", "0", "1e-09"]),
+    "rows_without_end": (
+        {"load_position": 5, **HARMONIC, "load_frequency": 1e7, "load_accuracy": 1e-6},
+        ["-load_law", "rows", "GB", "1e+07", "-load_until", "-load_accuracy"],
+    ),
+    "pulse_without_duration": (
+        {"load_position": 5, "load_law": "friedlander", "load_amplitude": 1},
+        ["-load_duration", "needed", "friedlander"],
+    ),
+    "pulse_that_grows": (
+        {"load_position": 5, "load_law": "friedlander", "load_amplitude": 1, "load_duration": 1, "load_decay": -1},
+        ["-load_decay", "-1", ">= 0"],
+    ),
+    "random_without_period": (
+        {"load_position": 5, **RANDOM, "load_period": None},
+        ["-load_period", "needed", "random"],
+    ),
+    "random_without_spectrum": (
+        {"load_position": 5, **RANDOM, "load_density": None, "load_band": None},
+        ["-load_density", "-load_spectrum", "[N^2/Hz]"],
+    ),
+    "band_of_one_number": ({"load_position": 5, **RANDOM, "load_band": 3}, ["-load_band", "two numbers", "[Hz]"]),
+    "spectrum_that_goes_back": (
+        {"load_position": 5, **RANDOM, "load_density": None, "load_band": None, "load_spectrum": "back.csv"},
+        ["-load_spectrum", "back.csv", "ascending", "[Hz]"],
+    ),
+    "spectrum_below_zero": (
+        {"load_position": 5, **RANDOM, "load_density": None, "load_band": None, "load_spectrum": "below.csv"},
+        ["-load_spectrum", "[N^2/Hz]"],
+    ),
+    "band_between_lines": (
+        {"load_position": 5, **RANDOM, "load_band": "0.1,0.2", "load_period": 1},
+        ["-load_period", "1", "[s]"],
+    ),
+    "negative_seed": ({"load_position": 5, **RANDOM, "load_seed": -1}, ["-load_seed", "-1", ">= 0"]),
     "pivot_of_two_numbers": ({"initial_pivot": "1,2", "initial_angular_velocity": 1}, ["-initial_pivot", "2 values"]),
     "pivot_of_no_rotation": ({"initial_pivot": 1}, ["-initial_pivot", "without -initial_angular_velocity"]),
     "pivot_away_from_the_hinge": (
@@ -721,6 +811,7 @@ YAML = {
 
 FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
+    "below.csv": "1,10\n2,-10\n",
     "ahead.csv": "0,-1000\n-2,-1000\n",
     "absurd.csv": "0,0\n0.02,1e30\n0.1,0\n",
     "overflow.csv": "0,0\n0.02,1e160\n0.1,0\n",

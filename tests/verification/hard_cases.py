@@ -34,6 +34,26 @@ SHAKEN = {
     "load_table": MOTION.parent / "base_motion.csv",
     "initial_height": 0.6,
 }
+FORMULAS = {  # a force of every law, one of them even over a length
+    "load_position": "3.3,5,7",
+    "load_law": "harmonic,friedlander,random",
+    "load_start": "0.05,0.3,0.1",
+    "load_until": "0.7,0.6,0.75",
+    "load_amplitude": "3e3,-2e4,0",
+    "load_frequency": 4,
+    "load_last_frequency": 7,
+    "load_phase": 0.3,
+    "load_duration": 0.1,
+    "load_decay": 1.2,
+    "load_density": 2e6,
+    "load_band": "1,12",
+    "load_period": 5,
+    "load_seed": 3,
+    "load_width": "0,4,0",
+    "load_breadth": "0,0.2,0",
+    "load_accuracy": 0.05,
+    "initial_height": 0.6,
+}
 LAWS = {  # one for each kind of memory, and one pressed from the start
     "support_position": "2,8,5",
     "support_width": "1,1,0.5",

@@ -11,8 +11,8 @@ import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 from common import STOPPED_BY_STEPS, UdarTest, case, datasets
-from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, GIVING, LAWS, LINE_CONTACT, MODAL, MODAL_LOADED
-from hard_cases import MOTION, MOVING_LINE, SHAKEN
+from hard_cases import CORRECTED, CORRECTED_LINE, CROSSED, DAMPED, FORMULAS, GIVING, LAWS, LINE_CONTACT, MODAL
+from hard_cases import MODAL_LOADED, MOTION, MOVING_LINE, SHAKEN
 
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
 
@@ -93,6 +93,9 @@ for integrator, steps, changes, name in (
     ("modal", 6, {**MODAL, **SHAKEN, "support_stiffness": 1e7}, "shaken"),
     ("moreau", 950, {**UNFILTERED, **SHAKEN}, "shaken"),
     ("impact", 20, {**CROSSED, "contact_restitution": 0.5}, "crossed"),
+    ("chebyshev", 25, {**FORMULAS, "contact_restitution": 0.5}, "formulas"),
+    ("impact", 30, {**FORMULAS, "contact_restitution": 0.5}, "formulas"),
+    ("modal", 25, {**MODAL, **FORMULAS, "support_stiffness": 1e7}, "formulas"),
 ):
     add_test(f"{name}_by_{integrator}", steps, {**changes, "ts_type": integrator})
 

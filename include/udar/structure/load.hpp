@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/mass_points.hpp"
+#include "udar/structure/time_law.hpp"
 #include "udar/structure/time_table.hpp"
 #include "udar/structure/travelling_load.hpp"
 
@@ -16,10 +18,22 @@ namespace udar {
 
 /// @brief A force at a place, or spread evenly over a length, that follows a table.
 struct NodalLoad {
-  double position = 0.0;                   ///< [m] from the left end; the nodes beside it share force and moment
+  double position = 0.0;                   ///< x [m], of a beam from its left end, where nodes beside it share force
+                                           ///< and moment; of others the node nearest in space has it
   double width = 0.0;                      ///< of the length about it [m], on the beam; 0: a point; infinite: all of it
-  std::shared_ptr<const TimeTable> table;  ///< [N], y up
+  std::shared_ptr<const TimeTable> table;  ///< [N], along `direction`; with a breadth [Pa]
+  double breadth = 0.0;                    ///< on which the table is a pressure, along `width` [m]; 0: it is a force
+  double y = 0.0;                          ///< of the place [m]
+  double z = 0.0;                          ///< the same
+  Place direction = kUp;                   ///< unit vector; another than up needs nodes that move in space
+  std::optional<TimeLaw> law{};            ///< from which the table is made
+
+  [[nodiscard]] Place place() const noexcept { return {.x = position, .y = y, .z = z}; }
 };
+
+/// @brief What a load at a place is dealt to, equal on every rank. @note Collective.
+/// @throws InputError if nothing can move in its direction there
+[[nodiscard]] std::vector<PointShare> dealt(const MassPoints& points, const NodalLoad& load);
 
 /// @brief Forces on many points that follow one table: a point's is its share of the table's value. Of the whole
 /// structure, but for the points, which are this rank's.

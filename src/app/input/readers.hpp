@@ -56,6 +56,8 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @param memory that it may ask for, see `refuse_large_memory`
 [[nodiscard]] std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked, double memory);
 [[nodiscard]] StartInput read_start(MPI_Comm comm);
+/// @param network whose junctions they may be at; its laws have no tables yet
+[[nodiscard]] std::vector<NodalLoad> read_loads(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 [[nodiscard]] std::vector<TravellingLoad> read_travelling_loads(MPI_Comm comm);
 [[nodiscard]] std::vector<BaseMotion> read_base_motion(MPI_Comm comm);
 /// @param network whose nodes boxes are beside

@@ -1,5 +1,3 @@
-#include <map>
-#include <memory>
 #include <string>
 
 #include "app/input/readers.hpp"
@@ -36,12 +34,9 @@ void read_pivot(OptionGroup& group, InitialState& initial) {
 
 StartInput read_start(MPI_Comm comm) {
   StartInput input;
-  OptionGroup group{comm,
-                    "Start and loads (y points up; the axis is the straight line on which springs are unstressed)"};
+  OptionGroup group{
+      comm, "Start, gravity and damping (y points up; the axis is the straight line on which springs are unstressed)"};
   std::string shape;
-  Numbers load_position;
-  NumberList load_width{.key = "-load_width", .values = {0.0}};
-  Strings load_table;
   group.real("-gravity", input.gravity, "m/s^2", petsc::any(), "acceleration downward; acts on the line");
   group.real("-initial_height", input.initial.height, "m", petsc::any(),
              "height of the axis at mid-length above y = 0");
@@ -65,14 +60,6 @@ StartInput read_start(MPI_Comm comm) {
   group.string(
       "-initial_shape", shape,
       "CSV file x [m], offset from the axis [m] and, if there is a third column, velocity [m/s]; linear between rows");
-  group.reals("-load_position", load_position, "m", petsc::non_negative(),
-              "where forces act; between two nodes on both, with force and moment kept");
-  load_width.read(group, "m", petsc::non_negative_or_infinite(),
-                  "length about -load_position over which a force is spread evenly; 0: none; inf: all of the beam; one "
-                  "per -load_position or one for all");
-  group.strings("-load_table", load_table,
-                "CSV files time [s], force [N, up], one per -load_position or one for all; linear between rows, a jump "
-                "between two rows of one time, constant outside");
   group.real("-damping_mass", input.damping.mass, "1/s", petsc::non_negative(),
              "alpha of Rayleigh damping: a force -alpha M Ym'; ratio alpha / (2 lambda) of a mode lambda; for -ts_type "
              "impact and rk");
@@ -90,23 +77,6 @@ StartInput read_start(MPI_Comm comm) {
       input.initial.shape.velocity = column(table, 2);
     }
     require_ascending("-initial_shape", shape, input.initial.shape.x, "positions [m]");
-  }
-  if (!load_position.empty() || !load_table.empty()) {
-    load_width.spread(load_position.size(), "one per -load_position");
-    load_table = petsc::one_per("-load_table", load_table, load_position.size(), "one per -load_position");
-    std::map<std::string, std::shared_ptr<const TimeTable>> tables;  // places that name one file share its table
-    for (std::size_t i = 0; i < load_position.size(); ++i) {
-      std::shared_ptr<const TimeTable>& shared = tables[load_table[i]];
-      if (!shared) {
-        const io::Table table = io::read_table(comm, "load table", load_table[i], {.names = {"time [s]", "force [N]"}});
-        require_ascending("-load_table", load_table[i], column(table, 0), "times [s]", true);
-        shared = time_table(column(table, 0), column(table, 1));
-      }
-      input.loads.push_back({.position = load_position[i], .width = load_width[i], .table = shared});
-    }
-  }
-  if (load_position.empty() && load_width.given) {
-    throw InputError{"option -load_width is not allowed without -load_position"};
   }
   return input;
 }
