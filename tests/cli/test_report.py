@@ -2,7 +2,7 @@
 # ranks: 1; size: medium
 """udar-report: pages of runs, opened from `file:` by Chromium without a window. UDAR_REPORT: the program."""
 import os
-import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -151,6 +151,17 @@ class OneRun(ReportTest):
         time.sleep(0.1)
         ranges = self.script("return timeCharts.map((made) => [made.scales.x.min, made.scales.x.max])")
         self.assertEqual({tuple(pair) for pair in ranges}, {(0.46, 0.48)})
+
+    def test_the_estimate_of_a_run_by_modes(self):
+        finished = self.run_case(case(contact_surface="line", filter_frequency=None, support_stiffness=1e7))
+        self.page_of(finished.directory)
+        summary = finished.summary()
+        off = max(summary["modal_estimate"]["peak_support_force"]) / max(summary["peak_support_force"])
+        said = re.search(r"off a run with (\d+) modes by: .*peak forces ([\d.e-]+) %",
+                         self.seen("verdict").replace("\u00a0", " "))
+        self.assertEqual(int(said[1]), summary["modal_estimate"]["modes"])
+        self.assertAlmostEqual(float(said[2]) / (100.0 * off), 1.0, delta=0.05)  # two digits
+        self.assertIn("none: the lowest modes move exactly", self.seen("verdict"))
 
     def test_without_gauges_supports_and_impacts(self):
         folder = self.run_case(case(gauge_position=None, support_position=None, ts_max_time=0.1)).directory

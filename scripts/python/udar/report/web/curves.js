@@ -61,10 +61,13 @@ function drawForces() {
   if (known.length > 1 && new Set(labels).size === 1) return overlayForces(parent, known);
   for (const run of known) {
     const [scale, unit] = unitFor(largest(run.forces.curves.map((curve) => curve.values)), "N");
+    const struck = run.supports.some((support) => support.striker !== null);
+    const whose = struck ? "Forces on the structure, upwards positive, of strikers where they press" :
+      "Forces of the supports on the structure, upwards positive";
     const mean = run.forces.window ? `, mean over ${show(run.forces.window, "s", 3)}` : "";
     chart(parent, {
       ...overTime, xRange: timeRange, y: `force [${unit}]`, height: 240,
-      title: `${several ? `${run.label}: ` : ""}Forces of the supports on the structure, upwards positive${mean}`,
+      title: `${several ? `${run.label}: ` : ""}${whose}${mean}`,
       series: run.forces.curves.map((curve, k) => ({
         label: curve.label, stroke: PALETTE[k % PALETTE.length], width: Math.max(1.4, 3.2 - 0.9 * k) })),
       tables: [[scaled(run.forces.t, timeScale), ...run.forces.curves.map((curve) => scaled(curve.values, scale))]],
@@ -232,6 +235,8 @@ function markFrequencies(u) {
   pen.save();
   pen.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
   pen.lineWidth = devicePixelRatio;
+  pen.textAlign = "left";
+  pen.textBaseline = "alphabetic";
   const taken = [];
   for (const [value, name, colour, dash] of marks) {
     const x = u.valToPos(value, "x", true);
