@@ -228,6 +228,7 @@ class Decimation(ReportTest):
         self.assertLess(marks[3], 20_000)
         self.assertIn("300\u202f000 impacts, counted in cells of", self.seen("contacts"))
         self.assertIn("Of each 100 successive rows", self.seen("gauges"))
+        self.assertNotIn("Shown:", self.seen("motion"))
         self.assertLess(len(self.text), 4_000_000)
 
 

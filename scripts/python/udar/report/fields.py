@@ -49,7 +49,7 @@ def gather_line(file, run, touched):
     nodes = np.unique(np.rint(np.linspace(0, len(run.x) - 1, min(len(run.x), LINE_NODES))).astype(int))
     shown = {"t": time[frames], "x": run.x[nodes],
              "line": np.array([file["fields/line_position"][row][nodes] for row in frames]),
-             "of_rows": rows, "nodes": len(run.x)}
+             "of_rows": rows}
     if len(run.x) <= MASSES:
         shown["masses"] = np.array([file["fields/mass_position"][row] for row in frames])
     shown["lift"] = lift_at(file, time[frames])

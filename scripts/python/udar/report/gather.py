@@ -215,12 +215,13 @@ class Gatherer:
         impacts, cell, hit = events.gather_impacts(hits, grid)
         rests, bore = events.gather_rests(stays, grid)
         table, columns = self.force_table("impulse")
-        spans = events.gather_spans(table, columns, self.shortest_pause(len(table), len(columns)))
+        pause = self.shortest_pause(len(table), len(columns))
+        spans = events.gather_spans(table, columns, pause)
         together = columns == ["impulse"]
         told = np.isin(spans[:, 0], np.union1d(hit, bore)) & (not together)
         sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": len(hits), "together": together,
                          "spans": dict(zip(("support", "t0", "t1", "impulse"), spans[~told].T)),
-                         "all_spans": spans}
+                         "all_spans": spans, "pause": pause}
 
     def shortest_pause(self, rows, supports):
         """Pauses between touches that a screen cannot show, where there may be more touches than can be kept [s]."""

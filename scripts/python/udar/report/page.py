@@ -255,7 +255,8 @@ def impact_table(sheet):
     rows = [["all" if sheet.contact["together"] else short_name(sheet.run, int(k)), f"{a / time:.6g}",
              f"{b / time:.6g}", f"{(b - a) / time:.4g}", f"{i / push:.4g}", f"{f / force:.4g}"]
             for k, a, b, i, f in zip(number, t0, t1, impulse, mean)]
-    return {"title": f"The first {len(rows)} of {len(spans)} touches, as the rows of output tell them",
+    short = f", pauses up to {with_unit(sheet.contact['pause'], 's', 2)} left out" if sheet.contact["pause"] else ""
+    return {"title": f"The first {len(rows)} of {len(spans)} touches, as the rows of output tell them{short}",
             "heads": heads, "rows": rows}
 
 
@@ -295,6 +296,21 @@ def kept_rows(sheets):
             "no peak is lost, but between two of them a zoomed curve is drawn straight.")
 
 
+def shown_motion(sheet):
+    """What of the fields the motion shows, in words; nothing where it is all of them."""
+    motion = sheet.line or sheet.space
+    if motion is None:
+        return ""
+    parts = []
+    if len(motion["t"]) < motion["of_rows"]:
+        parts.append(f"{len(motion['t'])} of {motion['of_rows']} rows of fields")
+    if sheet.line and len(sheet.line["x"]) < len(sheet.run.x):
+        parts.append(f"{len(sheet.line['x'])} of {len(sheet.run.x)} nodes")
+    if sheet.space and sheet.space["every"] > 1:
+        parts.append(f"one of {sheet.space['every']} members")
+    return ", ".join(parts)
+
+
 def render(sheets, title):
     """The whole page as text."""
     folder = importlib.resources.files("udar.report") / "web"
@@ -311,7 +327,8 @@ def render(sheets, title):
                                    for name, label, colour, dash in ENERGY_LINES]})
     runs = [{"label": label, "colour": colour, "folder": str(sheet.run.folder), "verdict": verdict_of(sheet),
              "sketch": Markup(sketch_of(sheet)), "table": impact_table(sheet), "worst": worst_places(sheet),
-             "cost": cost_of(sheet), "facts": facts(sheet)} for sheet, label, colour in zip(sheets, labels, colours)]
+             "motion": shown_motion(sheet), "cost": cost_of(sheet), "facts": facts(sheet)}
+            for sheet, label, colour in zip(sheets, labels, colours)]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
     return environment.from_string(text_of("page.html")).render(
