@@ -127,6 +127,15 @@ class OneRun(ReportTest):
                                ("motion", 1)):
             self.assertGreaterEqual(self.charts(section), least, section)
         self.assert_slider_moves("line-chart")
+        self.browser.find_element(By.CSS_SELECTOR, "#gauge-charts .u-legend .u-series:nth-child(2)").click()
+        shown = self.script("return charts.filter(([made]) => made.series.some((one) => !one.show)).length")
+        self.assertEqual(shown, 1, "a click on a name hides its curve")
+        told = self.script("""
+            const made = charts.find(([made]) => made.tip)[0], { impacts } = report.runs[0].contact;
+            const left = made.valToPos(impacts.t[0] / timeScale, "x"), top = made.valToPos(impacts.x[0], "y");
+            made.setCursor({ left, top });
+            return `${made.tip.style.display}: ${made.tip.textContent}`""")
+        self.assertRegex(told, "^block: t = 0.45.* s, x = 2 m: 4.4.* m/s, 1.* kN s$")
         self.script("document.getElementById('view').value = 'deformation';"
                     "document.getElementById('view').dispatchEvent(new Event('change'))")
         self.assertEqual(self.browser.get_log("browser"), [])
