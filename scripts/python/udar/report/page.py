@@ -340,5 +340,5 @@ def render(sheets, title):
         data=Markup(json.dumps(data, allow_nan=False, separators=(",", ":"))
                                             .replace("<", "\\u003c")),
         styles=Markup(text_of("vendor/uPlot.min.css") + text_of("report.css")),
-        library=Markup(text_of("vendor/uPlot.iife.min.js")),
+        licence=Markup(text_of("vendor/LICENSE.uPlot")), library=Markup(text_of("vendor/uPlot.iife.min.js")),
         scripts=Markup("\n".join(text_of(f"{name}.js") for name in SCRIPTS)))
