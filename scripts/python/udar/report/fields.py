@@ -169,7 +169,8 @@ def gather_space(file, run, touched):
                                   "values": largest[edges].max(axis=1)}
     return {"t": time[frames], "place": place[nodes], "edges": edges, "radius": radius, "colours": colours,
             "rigid": np.array(rigid).reshape(-1, 12), "deformation": np.array(deformation).reshape(len(frames), -1),
-            "of_rows": rows, "every": every, "held": held, "worst": worst}
+            "of_rows": rows, "every": every, "worst": worst,
+            "lift": lift_at(file, time[frames])}
 
 
 def gather_envelope(file, run):

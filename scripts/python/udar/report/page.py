@@ -120,7 +120,8 @@ def space_data(sheet):
     faces = [{"support": number, "corners": packed(corners)} for number, corners in support_faces(sheet.run)]
     return {"t": packed(space["t"], "f8"), "place": packed(space["place"]), "edges": packed(space["edges"], "i4"),
             "radius": packed(space["radius"]), "rigid": packed(space["rigid"], "f8"),
-            "deformation": packed(space["deformation"]), "held": space["held"], "faces": faces,
+            "deformation": packed(space["deformation"]), "faces": faces,
+            "lift": None if space["lift"] is None else packed(space["lift"]),
             "gauges": sheet.run.place[sheet.run.gauge_node],
             "colours": [{"label": entry["label"], "unit": entry["unit"], "values": packed(entry["values"])}
                         for entry in space["colours"].values()]}

@@ -156,8 +156,11 @@ class SpaceView {
   }
 
   drawFaces(pen) {
-    for (const face of this.run.space.faces) {
-      const seen = this.project(Float64Array.from(face.corners));
+    const { space, supports } = this.run;
+    const row = space.t.length ? nearestFrame(space.t, this.at) * supports.length : 0;
+    for (const face of space.faces) {
+      const lift = space.lift && supports[face.support].flat ? space.lift[row + face.support] : 0;
+      const seen = this.project(Float64Array.from(face.corners, (x, i) => x + (i % 3 === 1 ? lift : 0)));
       pen.beginPath();
       for (let i = 0; i < seen.length; i += 3) pen.lineTo(seen[i], seen[i + 1]);
       pen.closePath();
