@@ -20,7 +20,8 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
-sys.path[:0] = [str(TOP / "scripts" / "python"), str(TOP / "python")]  # of the sources, of an installation
+sys.path.insert(0, str(TOP / "scripts" / "python"))  # of the sources
+sys.path += map(str, TOP.parents[1].glob("lib/python3*/dist-packages"))  # of an installation
 
 from udar.tools import Parser, UserError, one_line, read_csv  # noqa: E402, its place and its settings come first
 import h5py  # noqa: E402

@@ -1,5 +1,6 @@
 """What every script needs: errors of one line, a parser that raises them, tables."""
 import argparse
+import importlib
 
 import numpy as np
 
@@ -22,10 +23,11 @@ def one_line(text):
     return " ".join(str(text).split())
 
 
-def read_csv(path, needed=()):
-    """Columns of a CSV file by name. A last line without its newline is a row still being written: left out."""
+def read_csv(path, needed=(), whole=False):
+    """Columns of a CSV file by name. Unless the file is whole, a last line without its newline is a row still being
+    written: left out."""
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8-sig") as file:
             header = file.readline().strip().split(",")
             body = file.read()
     except FileNotFoundError:
@@ -35,7 +37,8 @@ def read_csv(path, needed=()):
     missing = [name for name in needed if name not in header]
     if missing:
         raise UserError(f"{path}: the first line has no column '{missing[0]}'")
-    body = body[:body.rfind("\n") + 1]
+    if not whole:
+        body = body[:body.rfind("\n") + 1]
     if "event" in header:
         body = body.replace("release", "1").replace("rest", "0")
         header[header.index("event")] = "release"
@@ -47,3 +50,11 @@ def read_csv(path, needed=()):
     if values.shape[1] != len(header):
         raise UserError(f"{path}: {values.shape[1]} columns below {len(header)} names")
     return {name: values[:, column] for column, name in enumerate(header)}
+
+
+def need(module, package):
+    """A module that only some of this needs."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise ImportError(f"udar needs {module} for this (Debian: {package})") from None
