@@ -4,8 +4,10 @@ import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-FOLDERS = (HERE / "python", HERE.parent / "share" / "udar" / "python")  # of the sources and the build, installed
-sys.path.insert(0, str(next((folder for folder in FOLDERS if (folder / "udar").is_dir()), FOLDERS[0])))
+if (HERE / "python" / "udar").is_dir():  # of the sources and the build
+    sys.path.insert(0, str(HERE / "python"))
+else:  # installed; behind Python's own places, which have the other modules
+    sys.path += map(str, HERE.parent.glob("lib/python3*/dist-packages"))
 
 from udar.report import cli  # noqa: E402, its place comes first
 

@@ -89,7 +89,7 @@ echo "$line"
 eval "$line -ksp_type preonly -skip_petscrc" > plugin.log 2>&1 && fail "its matrix carries no line"
 expect "'heat' of type seqaij" plugin.log
 
-for call in "udar -help" "udar-plot --help" "udar-report --help"; do
+for call in "udar -help" "udar-plot --help" "udar-report --help" "udar-compare --help"; do
   echo "== installed $call"
   $call > "$work/help"
   head -n 3 "$work/help"
@@ -107,6 +107,26 @@ for case in "$prefix"/share/udar/examples/*/case.yaml; do
     fail "it does not run"
   }
 done
+
+echo "== the installed Python module, from Debian's place below the prefix"
+export PYTHONPATH=$prefix/lib/python3/dist-packages PYTHONDONTWRITEBYTECODE=1
+"${PYTHON:-python3}" -W ignore - "$prefix" << 'END'
+import pathlib
+import sys
+
+import udar
+from udar.running import find_program
+
+prefix = pathlib.Path(sys.argv[1])
+package = pathlib.Path(udar.__file__).parent
+assert package.is_relative_to(prefix) and (package / "py.typed").exists(), package
+assert pathlib.Path(find_program()).samefile(prefix / "bin" / "udar"), find_program()
+results = udar.run(prefix / "share" / "udar" / "examples" / "01-falling-beam" / "case.yaml", "out/again",
+                   filter_frequency=400, ts_max_time=0.01)
+assert len(results.gauges) == 11, results.gauges
+END
+unset PYTHONPATH
+udar-compare out/again out/again --tolerance 0 || fail "a run is itself"
 
 echo "== PETSC_DIR and PETSC_ARCH"
 configure() {
