@@ -24,9 +24,9 @@ std::optional<double> finite_number(std::string_view word) {
                                                                                            : std::nullopt;
 }
 
-/// Six digits are enough for who makes something of that size.
+/// Nine digits are enough for who makes something of that size, and to stay in a stratum.
 std::string in_digits(double value) {
-  constexpr int kDigits = 6;
+  constexpr int kDigits = 9;
   std::array<char, 32> text{};
   return {text.data(),
           std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, kDigits).ptr};
