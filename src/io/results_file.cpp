@@ -322,7 +322,7 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   }
   add_table(*file_, anew_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
   add_table(*file_, anew_, "/rests", rest_type(), "s,1,m,1,1");
-  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,1");
+  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
   field_rows_ = field_rows_on_disk_ = file_->rows(kFieldTime);
 }

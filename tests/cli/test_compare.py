@@ -49,7 +49,7 @@ class Compare(UdarTest):
     def test_a_run_is_itself(self):
         found = self.compare("one", "one", "--tolerance", "0", "--json", code=0)
         self.assertTrue(found["within"])
-        self.assertEqual(len(found["curves"]), 15 + 4 + 12)  # gauges, forces and impulses, energies
+        self.assertEqual(len(found["curves"]), 15 + 4 + 13)  # gauges, forces and impulses, energies
         self.assertEqual(max(curve["largest"] for curve in found["curves"]), 0)
         self.assertGreater(found["impacts"]["matched"], 5)
         self.assertIn("support_impulse_1", [number["name"] for number in found["scalars"]])

@@ -84,7 +84,8 @@ def write_run(folder, wf=50.0, nodes=21, supports=((2.0, 0.0), (8.0, 0.0)), gaug
     lost = start - kinetic - potential if gravity else np.zeros_like(time)
     drift = 1e-12 * np.cumsum(np.sin(37 * time)) / len(time)
     energy = np.column_stack([time, kinetic, 100 * swing**2, 50 * swing**2, potential, 0 * time, 0 * time,
-                              0 * time, 0 * time, lost, 0 * time, 0 * time, kinetic + potential, drift])
+                              0 * time, 0 * time, lost, 0 * time, 0 * time, 0 * time, kinetic + potential,
+                              drift])
     gauge_node = np.array([np.argmin(np.abs(x - position)) for position in gauges], dtype=int)
     columns = [time]
     for node in gauge_node:
