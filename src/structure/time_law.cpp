@@ -201,7 +201,11 @@ Grid grid_of(const TimeLaw& law, std::span<const Wave> waves, double end) {
       message << "of " << waves.size() << " waves ";
     }
     message << "are not allowed up to t = " << std::min(end, law.until) << " s, expected at most " << kMostRows
-            << " rows and " << kMostTerms << " rows times waves: an earlier `load until` or a larger `load accuracy`";
+            << " rows";
+    if (!waves.empty()) {
+      message << " and " << kMostTerms << " rows times waves";
+    }
+    message << ": an earlier `load until` or a larger `load accuracy`";
     throw InputError{message.str()};
   }
   return {.step = step, .rows = static_cast<std::size_t>(used) + 1, .whole = used == pieces};
