@@ -10,6 +10,7 @@
 
 #include "app/input/readers.hpp"
 #include "udar/app/filter_choice.hpp"
+#include "udar/integrators/features.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -114,6 +115,11 @@ void check_yielding(const CaseInput& input) {
     throw InputError{
         "option -beam_yield_moment is not allowed with -filter_correct_modes and -filter_correct_mode: modes of a beam "
         "that stays elastic are none of one that yields"};
+  }
+  const std::vector<HingePlace>& places = input.beam.beam.plasticity.places;
+  if (input.filter.parameters.filtered() && !input.filter.modal && (places.empty() || places.size() > kFewPoints)) {
+    throw InputError{"option -beam_hinge_position: with a filter a beam yields at few places, expected up to " +
+                     std::to_string(kFewPoints) + " [m]; with -filter_frequency none it may yield at every node"};
   }
 }
 

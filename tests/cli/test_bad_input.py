@@ -74,6 +74,9 @@ REFUSED = {
         {"beam_yield_moment": 1e4, "beam_yield_hardening": 1}, ["-beam_yield_hardening", "1", "< 1"],
     ),
     "yielding_everywhere_filtered": ({"beam_yield_moment": 1e4}, ["-beam_hinge_position", "8", "[m]"]),
+    "nine_hinges_filtered": (
+        {"beam_yield_moment": 1e4, "beam_hinge_position": "1,2,3,4,5,6,7,8,9"}, ["-beam_hinge_position", "8", "[m]"],
+    ),
     "yielding_by_impact": (
         {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "ts_type": "impact"}, ["-ts_type", "impact", "chebyshev"],
     ),

@@ -24,9 +24,9 @@ ROOT = {"beam_hinge_position": 0}
 # A cantilever that turns about its root, in place of a fall.
 SWING = {
     "filter_frequency": 2e3, "beam_left_end": "clamped", "support_position": None, "initial_height": 0, "gravity": 0,
-    "ts_type": "chebyshev", "initial_slope": 0, "beam_hinge_position": "0,0.5", "beam_yield_hardening": None,
-    "beam_yield_moment": YIELD, "beam_bending_stiffness": STIFFNESS, "support_stiffness": None, "ts_dt": None,
-    "ts_max_time": 0.1, "restart_interval": None, "output_interval": 2e-3,
+    "initial_velocity": None, "ts_type": "chebyshev", "initial_slope": 0, "beam_hinge_position": "0,0.5",
+    "beam_yield_hardening": None, "beam_yield_moment": YIELD, "beam_bending_stiffness": STIFFNESS,
+    "support_stiffness": None, "ts_dt": None, "ts_max_time": 0.1, "restart_interval": None, "output_interval": 2e-3,
 }
 
 
@@ -138,6 +138,7 @@ class Yielding(UdarTest):
         self.assertGreaterEqual(np.diff(energy["lost_in_hinges"]).min(), -1e-12 * energy["lost_in_hinges"].max())
         return energy
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_one_hinge_is_exact(self):
         """Rotations to and fro, perfectly plastic and hardening, against an independent solution."""
         for hardening in (0.0, 2e5):
@@ -169,6 +170,7 @@ class Yielding(UdarTest):
         self.assertTrue(1 - 1e-9 < energy["lost_in_hinges"][-1] / (YIELD * turned) < 1.001)
         return turned / (0.5 * np.sum(mass * place**2) * speed**2 / YIELD)
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_a_hinge_of_a_stiff_beam_turns_as_that_of_a_rigid_one(self):
         for kind, changes in (("exact", {"filter_frequency": 4e3}), ("steps", {**UNFILTERED, "ts_dt": 5e-5})):
             with self.subTest(kind=kind):
@@ -177,6 +179,7 @@ class Yielding(UdarTest):
                 self.assertLess(abs(off[1]), 0.2 * abs(off[0]), "towards the rigid one as the stiffness grows")
 
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_a_struck_tip_bends_the_beam_as_parkes_has_it(self):
         """A mass at the tip of a cantilever that yields everywhere is struck: rigid, perfectly plastic theory; towards
         it as the mesh is refined and as the stiffness grows."""
@@ -204,6 +207,7 @@ class Yielding(UdarTest):
         self.assertLess(off[20, 2e7], 0.75 * off[10, 2e7], f"{off}")
         self.assertLess(off[20, 2e7], 0.6 * off[20, 2e6], f"and as the stiffness grows: {off}")
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_slow_cycles_lose_what_the_law_says(self):
         """A hardening hinge under a slow force at the tip: residual rotation, and the loop's area for each cycle."""
         hardening, largest, quarter = 2e5, 1.5 * YIELD, 1.0
@@ -227,6 +231,7 @@ class Yielding(UdarTest):
                 lost = energy["lost_in_hinges"][[2, 4, 6, 8]]
                 np.testing.assert_allclose(lost, YIELD * turned * np.array([1, 3, 5, 7]), rtol=20 * inertia)
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_below_its_yield_moment_a_beam_is_elastic_to_the_bit(self):
         struck = {"beam_left_end": None, "support_position": "0.5,1.5", "initial_height": 0.1, "gravity": 9.81,
                   "initial_slope": 0.01, "ts_max_time": 0.4}
@@ -252,11 +257,13 @@ class Yielding(UdarTest):
     def fall(self, name, **changes):
         """A beam that falls on supports and yields there."""
         return self.cantilever(name, **{
-            "beam_left_end": None, "support_position": "0.5,1.5", "support_stiffness": 3e5, "initial_height": 0.5,
-            "gravity": 9.81, "initial_slope": 0.02, "ts_max_time": 0.5, "restart_interval": 0.1,
+            "beam_left_end": None, "support_position": "0.5,1.5", "support_stiffness": 3e5, "initial_height": 0.05,
+            "initial_velocity": -3, "gravity": 9.81, "initial_slope": 0.02, "ts_max_time": 0.08,
+            "output_interval": 4e-3, "restart_interval": 0.02,
             "beam_bending_stiffness": 2e5, "beam_yield_hardening": 0.05, "beam_yield_moment": 300, **UNFILTERED,
             "ts_dt": 2e-4, **changes})
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_a_falling_beam_yields_on_its_supports(self):
         """Contact and hinges in one problem, at every node: the energy lost converges as the mesh is refined."""
         lost = []
@@ -269,6 +276,7 @@ class Yielding(UdarTest):
         self.assertLess(change[0], 0.05 * lost[-1], f"{lost}")
         self.assertLess(change[1], 0.6 * change[0], f"{lost}")
 
+    @unittest.skipIf(RANKS > 1, "once")
     def test_steps_are_of_first_order(self):
         """One hinge that turns, stands and turns back."""
         place = nodes(4)[0]
@@ -306,14 +314,14 @@ class Yielding(UdarTest):
     @unittest.skipIf(RANKS == 1, "needs ranks")
     def test_ranks_agree(self):
         swing = {"initial_shape": self.start(8.0 * nodes()[0], "swing"), **SWING}
-        for name, changes in (("steps", {"ts_max_time": 0.4}), ("exact", swing)):
+        for name, changes in (("steps", {}), ("exact", swing)):
             with self.subTest(name=name):
                 self.same([self.fall(f"{name}{ranks}", ranks=ranks, **changes) for ranks in (1, RANKS)], 1e-9)
 
     def test_a_restart_goes_on_to_the_bit(self):
         """Stopped while hinges yield."""
         swing = {"initial_shape": self.start(8.0 * nodes()[0], "swing"), **SWING}
-        for name, steps, changes in (("steps", 1800, {}), ("exact", 8, swing)):
+        for name, steps, changes in (("steps", 250, {}), ("exact", 8, swing)):
             with self.subTest(name=name):
                 whole = self.fall(f"{name}whole", **changes)
                 first = self.fall(f"{name}first", ts_max_steps=steps, code=STOPPED_BY_STEPS, **changes)
