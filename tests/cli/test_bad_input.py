@@ -77,6 +77,15 @@ REFUSED = {
     "nine_hinges_filtered": (
         {"beam_yield_moment": 1e4, "beam_hinge_position": "1,2,3,4,5,6,7,8,9"}, ["-beam_hinge_position", "8", "[m]"],
     ),
+    "too_many_hinges": (
+        {"beam_yield_moment": 1e4, "beam_elements": 2100, "filter_frequency": "none", "ts_dt": 1e-3},
+        ["-beam_hinge_position", "2000"],
+    ),
+    "yielding_on_many_points": (
+        {"beam_yield_moment": 1e4, "beam_elements": 200, "support_position": None, "floor": True,
+         "filter_frequency": "none", "ts_dt": 1e-3},
+        ["-beam_yield_moment", "-contact_line_dense_max"],
+    ),
     "yielding_by_impact": (
         {"beam_yield_moment": 1e4, "beam_hinge_position": 5, "ts_type": "impact"}, ["-ts_type", "impact", "chebyshev"],
     ),
