@@ -157,6 +157,27 @@ class Yielding(UdarTest):
                     self.assertAlmostEqual(gauges["plastic_rotation_0"][-1], theta, delta=1e-10)
                     self.assertAlmostEqual(gauges["mass_1"][-1], y[-1], delta=1e-10)
 
+    @unittest.skipIf(RANKS > 1, "once")
+    def test_a_force_that_jumps_turns_a_hinge_at_once(self):
+        """The massless line follows it before any mass moves: from the start, and on the way."""
+        elements, wf, force = 8, 50, 5e3  # so soft a filter that the line alone carries the force
+        one = OneHinge(elements, wf, 0.0)
+        turned = (one.response[-1] * force - YIELD) / one.released
+        self.assertGreater(turned, 1e-3)
+        load = self.scratch / "jump.csv"
+        for begin in (0.0, 0.01):
+            with self.subTest(begin=begin):
+                before = f"0,0\n{begin},0\n" if begin else ""
+                load.write_text(f"{before}{begin},{force}\n1,{force}\n")
+                result = self.cantilever(
+                    f"jump{begin}", beam_elements=elements, filter_frequency=wf, load_position=LENGTH, load_table=load,
+                    output_interval=0.01, ts_max_time=begin + 1e-7, gauge_position=0, **ROOT)
+                energy = self.balanced(result)
+                found = result.csv("gauges.csv")["plastic_rotation_0"]
+                self.assertAlmostEqual(found[-1] / turned, 1, delta=1e-6)
+                # What it takes before the first row is part of the start.
+                self.assertAlmostEqual(energy["lost_in_hinges"][-1] / (YIELD * turned), 1 if begin else 0, delta=1e-6)
+
     def swing(self, name, stiffness, **changes):
         """A cantilever that turns about its root, where alone it yields. @return how far it turns, over that of a rigid
         one"""
