@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "udar/petsc/error.hpp"
+#include "udar/structure/striker.hpp"
 #include "udar/structure/time_table.hpp"
 
 namespace udar {
@@ -146,22 +147,27 @@ Cause of_loads(Equations& equations, double end) {
   return cause;
 }
 
-/// What no beam does at the start.
-void refuse_absurd(const MassPoints& points, const MassState& masses, const InitialState& initial) {
+/// What no beam and no striker does at the start. @param nodes of the structure, without what strikes them
+void refuse_absurd(const MassPoints& points, const MassState& nodes, std::span<const double> axis) {
   constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
   std::array<double, 2> largest{};     // velocity, offset from the axis
-  const std::vector<double> axis = reference_axis(points, initial);
-  for (std::size_t i = 0; i < masses.position.size(); ++i) {
-    largest[0] = std::max(largest[0], std::abs(masses.velocity[i]));
-    largest[1] = std::max(largest[1], std::abs(masses.position[i] - axis[i]));
+  for (std::size_t i = 0; i < nodes.position.size(); ++i) {
+    largest[0] = std::max(largest[0], std::abs(nodes.velocity[i]));
+    largest[1] = std::max(largest[1], std::abs(nodes.position[i] - axis[i]));
   }
   MPI_Allreduce(MPI_IN_PLACE, largest.data(), 2, MPI_DOUBLE, MPI_MAX, points.comm());
   const double length = points.largest_extent();
   std::ostringstream message;
-  if (!(largest[0] < kSpeedOfLight)) {
-    message << "initial velocity, initial angular velocity, initial shape: a mass starts with " << largest[0]
-            << " m/s, expected less than the speed of light, " << kSpeedOfLight << " m/s";
-    throw InputError{message.str()};
+  const auto refuse_speed = [&](const char* quantity, double speed) {
+    if (!(speed < kSpeedOfLight)) {
+      message << quantity << ": a mass starts with " << speed << " m/s, expected less than the speed of light, "
+              << kSpeedOfLight << " m/s";
+      throw InputError{message.str()};
+    }
+  };
+  refuse_speed("initial velocity, initial angular velocity, initial shape", largest[0]);
+  for (const Strike& strike : points.strikes()) {
+    refuse_speed("striker velocity", std::abs(strike.velocity));
   }
   if (!(largest[1] <= kLengths * length)) {
     message << "initial shape: an offset of " << largest[1] << " is not allowed, expected at most " << kLengths * length
@@ -176,17 +182,24 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
                          double end) {
   const MassPoints& points = equations.points();
   const MassState masses = initial_masses(points, initial);
-  refuse_absurd(points, masses, initial);
+  // What strikes nodes strains nothing, wherever it is.
+  const MassState nodes{.position = node_values(points, masses.position),
+                        .velocity = node_values(points, masses.velocity)};
+  refuse_absurd(points, nodes, equations.axis());
   const double wf = equations.frequency_bound();
-  enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, inputs };
+  enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, gap, strikes, inputs };
   std::array<Cause, inputs> causes{};
   double drop = 0.0;  // largest distance from a support [m]
-  for (std::size_t i = 0; i < masses.position.size(); ++i) {
-    const double offset = std::abs(masses.position[i] - equations.axis()[i]);
-    const double velocity = std::abs(masses.velocity[i]);
+  for (std::size_t i = 0; i < nodes.position.size(); ++i) {
+    const double offset = std::abs(nodes.position[i] - equations.axis()[i]);
+    const double velocity = std::abs(nodes.velocity[i]);
     causes[height].add(std::abs(equations.axis()[i]), 0.0);
     causes[shape].add(offset, wf * offset);
     causes[speed].add(velocity / wf, velocity);
+  }
+  for (const Strike& strike : points.strikes()) {
+    causes[gap].add(strike.start, 0.0);
+    causes[strikes].add(std::abs(strike.velocity) / wf, std::abs(strike.velocity));
   }
   for (const ContactSet& set : sets) {
     const double lift = set.lift(0.0).height;
@@ -218,12 +231,15 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
                                                 "support height",
                                                 "gravity",
                                                 "support motion",
-                                                base_alone ? "base motion" : "load table, load law"};
+                                                base_alone ? "base motion" : "load table, load law",
+                                                "striker gap",
+                                                "striker velocity"};
   MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
   for (std::size_t i = 0; i < inputs; ++i) {
     if (!(largest[2 * i] <= furthest)) {
       std::ostringstream message;
-      message << causing[i] << ": it takes the beam " << largest[2 * i] << " m away, expected at most " << furthest
+      message << causing[i] << ": it takes " << (i == gap || i == strikes ? "the striker " : "the beam ")
+              << largest[2 * i] << " m away, expected at most " << furthest
               << " [m]: further away double precision does not resolve a millionth of the beam's length";
       throw InputError{message.str()};
     }

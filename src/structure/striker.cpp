@@ -228,4 +228,11 @@ void centres_to_nodes(const MassPoints& points, std::span<double> values) {
   });
 }
 
+std::vector<double> node_values(const MassPoints& points, std::span<const double> values) {
+  std::vector<double> of_nodes{values.begin(), values.end()};
+  centres_to_nodes(points, of_nodes);
+  of_nodes.resize(points.own_points());
+  return of_nodes;
+}
+
 }  // namespace udar

@@ -291,6 +291,14 @@ REFUSED = {
     "striker_without_mass": ({"striker_position": 5}, ["-striker_mass", "-striker_position", "[kg]"]),
     "mass_without_striker": ({"striker_mass": 5}, ["-striker_mass", "nothing", "-striker_position"]),
     "striker_without_weight": ({"striker_position": 5, "striker_mass": 0}, ["-striker_mass", "0", "> 0", "[kg]"]),
+    "striker_faster_than_light": (
+        {"striker_position": 5, "striker_mass": 1, "striker_velocity": -1e9},
+        ["-striker_velocity", "1e+09", "speed of light", "m/s"],
+    ),
+    "striker_from_the_stars": (
+        {"striker_position": 5, "striker_mass": 1, "striker_gap": 1e12},
+        ["-striker_gap", "1e+12", "[m]"],
+    ),
     "two_masses_three_strikers": (
         {"striker_position": "4,5,6", "striker_mass": "1,2"},
         ["-striker_mass", "2", "3", "-striker_position"],

@@ -261,6 +261,39 @@ TEST(Strikers, ABallByHertzComesBackFromAStiffBeam) {
   EXPECT_NEAR(hit.fall.dynamics.support_impulses()[0], 2.0 * kBall * kSpeed, 2e-3 * kBall * kSpeed);
 }
 
+/// How far off it starts is no strain: tolerances are those of its fall, however high the filter frequency.
+TEST(Strikers, FallFreelyAtAnyFilterFrequency) {
+  constexpr double kTolerance = 1e-11;
+  constexpr double kEnd = 0.07;
+  const test::Option type{"-ts_type", "impact"};
+  const test::Option tolerance{"-ts_rtol", "1e-11"};
+  const test::Option end{"-ts_max_time", "0.07"};
+  constexpr double kGravity = 9.81;
+  constexpr double kGap = 0.02;  // it hits with sqrt(2 g h), 0.63 m/s, after 64 ms
+  constexpr double kFalling = 80.0;
+  BeamParameters beam = test::steel_beam(8);  // so stiff that it stays where it is
+  beam.segments[0].bending_stiffness *= 1e3;
+  beam.left = test::kClamped;
+  beam.right = test::kClamped;
+  const auto law = std::make_shared<PowerLaw>(PowerLaw::Parameters{.stiffness = 1e8});
+  for (const double wf : {1e5, 1e6}) {
+    const Strikes fall{
+        struck({.beam = beam, .filter = {.filter_frequency = wf}, .gravity = kGravity, .initial = {.height = 0.0}},
+               {{.position = 5.0, .mass = kFalling, .gap = kGap}}, 1.0, law)};
+    const double last = std::sqrt(2.0 * kGravity * kGap);
+    const double off = 10.0 * kTolerance * std::sqrt(wf * kEnd);  // errors of steps have no sign
+    for (std::size_t row = 0; row < 7; ++row) {
+      const double time = fall.record.times[row];
+      EXPECT_NEAR(fall.speed(row, 0), -kGravity * time, off * last) << wf;
+      EXPECT_NEAR(fall.striker(row, 0), kGap - 0.5 * kGravity * time * time, off * kGap) << wf;
+    }
+    EXPECT_GT(fall.fall.dynamics.support_impulses()[0], 0.5 * kFalling * last) << wf;
+    for (const EnergyLedger& energy : fall.record.energies) {  // beside what it brings, which no tolerance hides
+      EXPECT_LT(std::abs(energy.drift() * energy.scale), 2.0 * off * kFalling * kGravity * kGap) << wf;
+    }
+  }
+}
+
 TEST(Strikers, RefuseWhatCannotBe) {
   const auto refused = [](const Striker& striker, std::string_view because, std::vector<Support> supports = {}) {
     ModelParameters beam{.beam = pinned_beam(), .filter = {.filter_frequency = 100.0}, .supports = std::move(supports)};

@@ -53,4 +53,7 @@ class StruckStructure final : public Structure {
 /// of local points
 void centres_to_nodes(const MassPoints& points, std::span<double> values);
 
+/// The same of a copy, which has no gaps any more. @param values of local points
+[[nodiscard]] std::vector<double> node_values(const MassPoints& points, std::span<const double> values);
+
 }  // namespace udar
