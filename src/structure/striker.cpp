@@ -197,11 +197,19 @@ class StruckPoints final : public MassPoints {
   [[nodiscard]] PointRows without_struck(PointRows rows) const {
     std::string fault;
     for (const auto& [striker, node] : own_) {
-      const std::size_t struck = node;
-      if (std::ranges::any_of(rows.rows,
-                              [&](const PointRows::Row& row) { return row.first <= struck && struck < row.last; })) {
-        fault = "striker position: no support may touch the node of a striker, at x = " +
-                std::to_string(points_->place(node).x) + " m; floor and ground count";
+      std::vector<std::size_t> struck{node};
+      if (const auto others = points_->beside(node)) {
+        struck.insert(struck.end(), others->begin(), others->end());
+      }
+      const auto touches = [&](const PointRows::Row& row) {
+        return std::ranges::any_of(struck, [&](std::size_t point) { return row.first <= point && point < row.last; });
+      };
+      if (std::ranges::any_of(rows.rows, touches)) {
+        const Place place = points_->place(node);
+        std::ostringstream message;
+        message << "striker position: no support may touch the node of a striker, at x = " << place.x
+                << " m, from any side; floor, ground and boxes count";
+        fault = message.str();
       }
     }
     throw_together<InputError>(comm(), fault);

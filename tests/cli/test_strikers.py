@@ -77,6 +77,19 @@ class Strikers(UdarTest):
         self.assertGreater(np.abs(along).max(), 0.01)
         self.assertGreater(len(beam.csv("impacts.csv")["time"]), 3)
 
+    @unittest.skipIf(RANKS > 1, "once")
+    def test_nothing_else_touches_its_node(self):
+        """A plane beside a node that is struck would rub the centre of mass of both."""
+        path = self.scratch / "beam.yaml"
+        path.write_text(MEMBER)
+        options = case(**{**STRUCK, "structure_type": "network", "network_file": path, "support_position": 5,
+                          "support_height": -1, "support_friction": 0.3, "ts_type": "rk"})
+        options = {key: value for key, value in options.items() if not key.startswith("beam_")}
+        for normal in ("0,0,1", "1,0,0", "0,1,0"):
+            self.refuse_case({**options, "support_normal": normal}, ["-striker_position", "no support", "x = 5"])
+        away = self.run_case({**options, "support_normal": "0,0,1", "support_position": 2, "ts_max_time": 0.02})
+        self.assertEqual(away.code, 0)
+
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""
         result = self.struck(striker_restitution=0.5, ts_type="impact", ts_rtol=1e-11)
