@@ -61,6 +61,13 @@ struct Way {
   }
 };
 
+/// Of nodes; what strikes one takes part in its height. @note Collective.
+std::ptrdiff_t nodes_at(const MassPoints& points, const Place& place) {
+  return std::ranges::count_if(points.lever(place), [&](const PointShare& share) {
+    return std::ranges::find(points.strikes(), share.point, &Strike::gap) == points.strikes().end();
+  });
+}
+
 /// @param quantity that asks for one @note Collective.
 Way way_along(const MassPoints& points, const char* quantity) {
   std::vector<double> own;
@@ -80,7 +87,7 @@ Way way_along(const MassPoints& points, const char* quantity) {
   MPI_Allgatherv(own.data(), count, MPI_DOUBLE, all.data(), counts.data(), begins.data(), MPI_DOUBLE, points.comm());
   for (std::size_t node = 0; node + 1 < all.size(); ++node) {
     const double middle = 0.5 * (all[node] + all[node + 1]);
-    if (!(all[node] < all[node + 1]) || points.lever({.x = middle}).size() < 2) {
+    if (!(all[node] < all[node + 1]) || nodes_at(points, {.x = middle}) < 2) {
       throw InputError{std::string{quantity} + ": not allowed but on one straight beam without gaps, expected none"};
     }
   }

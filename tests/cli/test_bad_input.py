@@ -299,6 +299,11 @@ REFUSED = {
         {"striker_position": 5, "striker_mass": 1, "striker_gap": 1e12},
         ["-striker_gap", "1e+12", "[m]"],
     ),
+    "load_over_a_gap_beside_a_striker": (
+        {"beam_length": "5,5", "beam_gap": 0.5, "beam_elements": 10, "load_position": 5, "load_width": 3,
+         "load_table": "table.csv", "striker_position": 5, "striker_mass": 1},
+        ["-load_width", "without gaps"],
+    ),
     "two_masses_three_strikers": (
         {"striker_position": "4,5,6", "striker_mass": "1,2"},
         ["-striker_mass", "2", "3", "-striker_position"],
