@@ -64,21 +64,9 @@ double settled_force_window(double asked, const Case& settled) {
 
 /// What can be known of gauges before the structure is built.
 void check_gauges(const CaseInput& input) {
-  if (input.structure.beam()) {
-    if (input.output.in_space) {
-      throw InputError{"options -gauge_place and -gauge_junction are not for a beam, expected -gauge_position [m]"};
-    }
-    for (const Place& gauge : input.output.gauges) {
+  for (const Place& gauge : input.output.gauges) {
+    if (input.structure.beam()) {
       require_on("gauge position", gauge.x, {.from = 0.0, .to = input.beam.beam.length()});
-    }
-  }
-  for (const std::string& name : input.output.gauge_junctions) {
-    if (!input.structure.network) {
-      throw InputError{"option -gauge_junction: '" + name + "' is not allowed without -structure_type network"};
-    }
-    if (std::ranges::find(input.structure.network->junctions, name, &Junction::name) ==
-        input.structure.network->junctions.end()) {
-      throw InputError{"option -gauge_junction: '" + name + "' is not allowed, expected the name of a junction"};
     }
   }
 }
@@ -171,8 +159,7 @@ void check_strikers(const CaseInput& input) {
   if (input.filter.modal || !input.filter.parameters.filtered()) {
     throw InputError{
         "option -striker_position is not allowed with -ts_type modal, nor with -filter_frequency none: strikers hit "
-        "masses "
-        "on filter springs"};
+        "masses on filter springs"};
   }
   if (input.contact.contact.surface == ContactSurface::line) {
     throw InputError{"option -contact_surface: line is not allowed with -striker_position, expected mass"};
@@ -249,10 +236,10 @@ CaseInput read_case(MPI_Comm comm) {
   input.start.travelling_loads = read_travelling_loads(comm);
   input.start.base_motion = read_base_motion(comm);
   input.contact = read_contact(comm, input.structure.network);
-  auto [strikers, faces] = read_strikers(comm);
+  auto [strikers, faces] = read_strikers(comm, input.structure);
   input.contact.strikers = std::move(strikers);
   std::ranges::move(faces, std::back_inserter(input.contact.supports));
-  input.output = read_output(comm);
+  input.output = read_output(comm, input.structure);
   check_gauges(input);
   check_space(input);
   check_axles(input);
@@ -292,9 +279,6 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.modal = input.filter.modal;
   settled.modal_estimate = input.filter.modal_estimate;
   settled.gauges = input.output.gauges;
-  for (const std::string& name : input.output.gauge_junctions) {
-    settled.gauges.push_back(std::ranges::find(input.structure.network->junctions, name, &Junction::name)->place);
-  }
   settled.output = input.output.output;
   settled.output.force_window = settled_force_window(input.output.output.force_window, settled);
   settled.restart = input.output.restart;

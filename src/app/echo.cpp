@@ -8,6 +8,7 @@
 
 #include "udar/app/network_size.hpp"
 #include "udar/app/output_size.hpp"
+#include "udar/app/places.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/warnings.hpp"
 #include "udar/structure/initial_state.hpp"
@@ -167,8 +168,8 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
   }
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
   for (const Striker& striker : input.strikers) {
-    text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << " x = " << striker.position
-         << " m, " << striker.gap << " m away, at " << striker.velocity << " m/s\n";
+    text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << ' '
+         << words_of(striker.place) << ", " << striker.gap << " m away, at " << striker.velocity << " m/s\n";
   }
   if (const double depth = pressed_at_start(input, points); depth > 0.0) {
     text << "contact   from the start: beam and springs of supports overlap by " << depth << " m\n";

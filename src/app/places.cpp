@@ -58,6 +58,21 @@ double x_of(const MassPoints& points, const PointRows& rows) {
 
 }  // namespace
 
+double Placed::away() const {
+  const Place way{.x = used.x - asked.x, .y = used.y - asked.y, .z = used.z - asked.z};
+  return in_space(asked) ? std::hypot(way.x, way.y, way.z) : std::abs(way.x);
+}
+
+std::string words_of(const Place& place) {
+  std::ostringstream text;
+  if (in_space(place)) {
+    text << '(' << place.x << ", " << place.y << ", " << place.z << ") m";
+  } else {
+    text << "x = " << place.x << " m";
+  }
+  return text.str();
+}
+
 Place place_of(const MassPoints& points, PetscInt global) {
   std::array<double, 3> place{};
   if (points.owns(global)) {
@@ -71,16 +86,18 @@ Place place_of(const MassPoints& points, PetscInt global) {
 std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points) {
   std::vector<Placed> all;
   const auto add = [&](const char* name, std::size_t index, const Place& asked) {
-    const double used = place_of(points, points.nearest(asked)).x;
-    all.push_back({.name = name + std::to_string(index), .asked = asked.x, .used = used});
+    all.push_back(
+        {.name = name + std::to_string(index), .asked = asked, .used = place_of(points, points.nearest(asked))});
   };
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
-    if (const Support& support = input.supports[i]; support.width == 0.0) {
-      const double used = x_of(points, touched_points(points, support));
-      all.push_back(
-          {.name = support.striker >= 0 ? "striker " + std::to_string(support.striker) : "support " + std::to_string(i),
-           .asked = support.position,
-           .used = used});
+    const Support& support = input.supports[i];
+    if (support.striker >= 0) {
+      const auto striker = static_cast<std::size_t>(support.striker);
+      add("striker ", striker, input.strikers[striker].place);
+    } else if (support.width == 0.0) {
+      all.push_back({.name = "support " + std::to_string(i),
+                     .asked = {.x = support.position},
+                     .used = {.x = x_of(points, touched_points(points, support))}});
     }
   }
   for (std::size_t i = 0; i < input.beam.line_supports.size(); ++i) {
@@ -99,13 +116,14 @@ void warn_of_places(const Case& input, const Structure& structure) {
   const MassPoints& points = structure.points();
   const BeamChain* beam = structure.chain();
   std::vector<std::string> moved;
-  for (const auto& [name, asked, used] : placed_at_nodes(input, points)) {
-    const double allowed =
-        std::min(kShareOfBeam * points.extent().length(), kShareOfWay * way_to_support(input, asked));
-    if (std::abs(used - asked) > allowed) {
-      std::ostringstream text;
-      text << name << " at x = " << asked << " m is taken to the nearest node, at x = " << used << " m";
-      moved.push_back(text.str());
+  for (const Placed& placed : placed_at_nodes(input, points)) {
+    const bool spatial = in_space(placed.asked);
+    const double allowed = spatial ? kShareOfBeam * points.largest_extent()
+                                   : std::min(kShareOfBeam * points.extent().length(),
+                                              kShareOfWay * way_to_support(input, placed.asked.x));
+    if (placed.away() > allowed) {
+      moved.push_back(placed.name + " at " + words_of(placed.asked) + " is taken to the nearest node, at " +
+                      words_of(spatial ? placed.used : Place{.x = placed.used.x}));
     }
   }
   warn(points.comm(), moved,

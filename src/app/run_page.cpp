@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "udar/app/places.hpp"
 #include "udar/structure/network.hpp"
 
 namespace udar::app {
@@ -29,7 +30,7 @@ std::string clock_time(const std::optional<double>& time) { return time ? four_d
 std::string support_words(const Case& input, std::size_t index) {
   const Support& support = input.supports[index];
   if (support.striker >= 0) {
-    return "striker at x = " + four_digits(input.strikers[static_cast<std::size_t>(support.striker)].position) + " m";
+    return "striker at " + words_of(input.strikers[static_cast<std::size_t>(support.striker)].place);
   }
   if (support.boxed()) {
     return "box";

@@ -219,7 +219,7 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
 void add_places(Description& built, const Case& input, const MassPoints& points) {
   for (const auto& [name, asked, used] : placed_at_nodes(input, points)) {
     built.add(name + ", asked [m], node, its place [m]",
-              rounded({asked, static_cast<double>(points.nearest({.x = asked})), used}));
+              rounded({asked.x, static_cast<double>(points.nearest(asked)), used.x}));
   }
   for (std::size_t i = 0; i < input.loads.size(); ++i) {
     if (input.loads[i].width != 0.0) {

@@ -169,15 +169,19 @@ void describe(Description& all, std::span<const BaseMotion> base) {
 void describe(Description& all, std::span<const Striker> strikers) {
   const auto each = [&](std::string_view name, std::size_t index) {
     all.add_each(name, strikers, [index](const Striker& striker) {
-      const auto& [position, mass, gap, velocity, below] = striker;
+      const auto& [place, mass, gap, velocity, below] = striker;
       static_cast<void>(gap);  // starts
       static_cast<void>(velocity);
-      return std::array{position, mass, below ? -1.0 : 1.0}.at(index);
+      return std::array{place.x, mass, below ? -1.0 : 1.0, place.y, place.z}.at(index);
     });
   };
   each("strikers, positions [m]", 0);
   each("strikers, masses [kg]", 1);
   each("strikers, sides (1 above, -1 below)", 2);
+  if (std::ranges::any_of(strikers, [](const Striker& striker) { return in_space(striker.place); })) {
+    each("strikers, places along y [m]", 3);
+    each("strikers, places along z [m]", 4);
+  }
 }
 
 }  // namespace udar

@@ -12,11 +12,22 @@
 namespace udar {
 namespace {
 
-void require(bool condition, const char* quantity, double value, const char* expected) {
+std::ostream& operator<<(std::ostream& stream, const Place& place) {
+  stream << place.x;
+  return in_space(place) ? stream << ',' << place.y << ',' << place.z : stream;
+}
+
+template <class Value>
+std::string refusal(const char* quantity, const Value& value, const char* expected) {
+  std::ostringstream message;
+  message << quantity << ": " << value << " is not allowed, expected " << expected;
+  return message.str();
+}
+
+template <class Value>
+void require(bool condition, const char* quantity, const Value& value, const char* expected) {
   if (!condition) {
-    std::ostringstream message;
-    message << quantity << ": " << value << " is not allowed, expected " << expected;
-    throw InputError{message.str()};
+    throw InputError{refusal(quantity, value, expected)};
   }
 }
 
@@ -36,18 +47,17 @@ std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Strik
   for (const Striker& striker : strikers) {
     require(striker.mass > 0.0 && std::isfinite(striker.mass), "striker mass", striker.mass, "a number > 0 [kg]");
     require(striker.gap >= 0.0 && std::isfinite(striker.gap), "striker gap", striker.gap, "a number >= 0 [m]");
-    require_on("striker position", striker.position, points.extent());
-    const PetscInt node = points.nearest({.x = striker.position});
-    require(std::ranges::find(nodes, node) == nodes.end(), "striker position", striker.position,
-            "a node of its own for each striker [m]");
-    require(points.height_of(node).size() == 1, "striker position", striker.position,
-            "a node that faces no oblique support [m]");
+    const Place& place = striker.place;
+    const char* placed = in_space(place) ? "striker place" : "striker position";
+    require_on(placed, place.x, points.extent());
+    const PetscInt node = points.nearest(place);
+    require(std::ranges::find(nodes, node) == nodes.end(), placed, place, "a node of its own for each striker [m]");
+    require(points.height_of(node).size() == 1, placed, place, "a node that faces no oblique support [m]");
     std::string fault;
     if (points.owns(node)) {
       const auto local = static_cast<std::size_t>(node - points.begin());
       if (points.fixed(local)) {
-        fault = "striker position: " + std::to_string(striker.position) +
-                " is not allowed, expected a node that moves: this one is held [m]";
+        fault = refusal(placed, place, "a node that moves: this one is held [m]");
       }
       own.push_back({.striker = nodes.size(), .node = local});
     }

@@ -304,6 +304,14 @@ REFUSED = {
          "load_table": "table.csv", "striker_position": 5, "striker_mass": 1},
         ["-load_width", "without gaps"],
     ),
+    "striker_in_space_of_a_beam": (
+        {"striker_place": "5,0,0", "striker_mass": 1},
+        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
+    ),
+    "striker_at_a_junction_of_a_beam": (
+        {"striker_junction": "middle", "striker_mass": 1},
+        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
+    ),
     "two_masses_three_strikers": (
         {"striker_position": "4,5,6", "striker_mass": "1,2"},
         ["-striker_mass", "2", "3", "-striker_position"],

@@ -29,6 +29,10 @@ junctions:
 members:
   - {name: beam, from: left, to: right, section: round, elements: 20}
 """
+SPLIT = MEMBER.replace("members:\n", "  - {name: middle, place: [5, 0, 0]}\nmembers:\n").replace(
+    "to: right, section: round, elements: 20}", "to: middle, section: round, elements: 10}") + """\
+  - {name: rest, from: middle, to: right, section: round, elements: 10}
+"""
 
 
 class Strikers(UdarTest):
@@ -89,6 +93,26 @@ class Strikers(UdarTest):
             self.refuse_case({**options, "support_normal": normal}, ["-striker_position", "no support", "x = 5"])
         away = self.run_case({**options, "support_normal": "0,0,1", "support_position": 2, "ts_max_time": 0.02})
         self.assertEqual(away.code, 0)
+
+    def test_placed_where_a_network_stands_up(self):
+        """By three numbers and by a junction's name, on a beam 3 m up, as by x on one that lies at y = 0."""
+        path, split = self.scratch / "beam.yaml", self.scratch / "split.yaml"
+        path.write_text(MEMBER)
+        split.write_text(SPLIT)
+        keys = {"structure_type": "network", "ts_rtol": 1e-12, "ts_type": "impact", "ts_max_time": 0.1}
+        low = self.struck("low", network_file=path, **keys)
+        high = {"network_shift": "0,3,0", "gauge_position": None, "gauge_place": "3,3,0,5,3,0",
+                "striker_position": None, **keys}
+        for name, file, where in (("place", path, {"striker_place": "5,3,0"}),
+                                  ("junction", split, {"striker_junction": "middle"})):
+            found = self.struck(name, network_file=file, **high, **where)
+            for table, column in (("strikers.csv", "position_0"), ("gauges.csv", "mass_1")):
+                np.testing.assert_allclose(found.csv(table)[column] - 3, low.csv(table)[column], rtol=0, atol=1e-10,
+                                           err_msg=f"{name} {column}")
+            self.assertNotIn("warning", found.err + found.out)
+            self.assertGreater(found.summary()["impacts"], 0)
+        far = self.struck("far", network_file=path, **high, striker_place="5,4,0")
+        self.assertIn("striker 0 at (5, 4, 0) m is taken to the nearest node, at (5, 3, 0) m", far.err + far.out)
 
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""

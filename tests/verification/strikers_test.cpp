@@ -31,7 +31,7 @@ ModelParameters struck(ModelParameters parameters, const std::vector<Striker>& s
   parameters.strikers = strikers;
   for (std::size_t i = 0; i < strikers.size(); ++i) {
     Support& face =
-        parameters.supports.emplace_back(Support{.position = strikers[i].position, .restitution = restitution});
+        parameters.supports.emplace_back(Support{.position = strikers[i].place.x, .restitution = restitution});
     face.striker = static_cast<PetscInt>(i);
     face.contact_law = law;
   }
@@ -116,7 +116,7 @@ TEST_P(StrikersBy, OneThatStaysOnTendsToAPointMass) {
                                .initial = {.height = 0.0}};
     ModelParameters with_mass = beam;
     with_mass.beam.point_masses = {{.position = 4.0, .mass = kMass}};
-    const Strikes laid{struck(beam, {{.position = 4.0, .mass = kMass}}, 0.0)};
+    const Strikes laid{struck(beam, {{.place = {.x = 4.0}, .mass = kMass}}, 0.0)};
     const Strikes fixed{with_mass};
     ASSERT_EQ(laid.record.times.size(), 21U);
     for (std::size_t row = 0; row < laid.record.times.size(); ++row) {
@@ -141,8 +141,8 @@ TEST_P(StrikersBy, KeepMomentumAndEnergy) {
                                .filter = {.filter_frequency = 100.0},
                                .gravity = 3.0,
                                .initial = {.height = 0.0}},
-                              {{.position = 2.5, .mass = kMass, .gap = 0.01, .velocity = -4.0},
-                               {.position = 8.0, .mass = 10.0, .gap = 0.05, .velocity = 7.0, .below = true}},
+                              {{.place = {.x = 2.5}, .mass = kMass, .gap = 0.01, .velocity = -4.0},
+                               {.place = {.x = 8.0}, .mass = 10.0, .gap = 0.05, .velocity = 7.0, .below = true}},
                               restitution)};
     const std::size_t last = both.record.times.size() - 1;
     const double mass = both.points().total_mass();
@@ -172,7 +172,7 @@ TEST_P(StrikersBy, EqualMassesExchangeTheirVelocities) {
   const double node_mass = beam.segments[0].mass_per_length * 0.5;
   const Strikes hit{
       struck({.beam = beam, .filter = {.filter_frequency = 100.0}, .gravity = 0.0, .initial = {.height = 0.0}},
-             {{.position = 5.0, .mass = node_mass, .gap = 0.01, .velocity = -1.25}}, 1.0)};
+             {{.place = {.x = 5.0}, .mass = node_mass, .gap = 0.01, .velocity = -1.25}}, 1.0)};
   // It arrives at 8 ms, and stands still from then on, while the node is 2 ms further.
   EXPECT_NEAR(hit.speed(1, 0), 0.0, 1e-13);
   EXPECT_NEAR(hit.striker(1, 0), 0.0, 1e-13);
@@ -184,8 +184,8 @@ TEST_P(StrikersBy, FromBelowIsFromAboveTurnedOver) {
   const test::Option end{"-ts_max_time", "0.2"};
   const ModelParameters beam{
       .beam = pinned_beam(), .filter = {.filter_frequency = 100.0}, .gravity = 0.0, .initial = {.height = 0.0}};
-  const Striker above{.position = 6.5, .mass = kMass, .gap = 0.02, .velocity = -3.0};
-  const Striker below{.position = 6.5, .mass = kMass, .gap = 0.02, .velocity = 3.0, .below = true};
+  const Striker above{.place = {.x = 6.5}, .mass = kMass, .gap = 0.02, .velocity = -3.0};
+  const Striker below{.place = {.x = 6.5}, .mass = kMass, .gap = 0.02, .velocity = 3.0, .below = true};
   const Strikes down{struck(beam, {above}, 0.7)};
   const Strikes up{struck(beam, {below}, 0.7)};
   for (std::size_t row = 0; row < down.record.times.size(); ++row) {
@@ -206,7 +206,7 @@ TEST_P(StrikersBy, LoadsActOnTheNode) {
                                .gravity = 0.0,
                                .loads = {{.position = 6.5, .width = width, .table = table}},
                                .initial = {.height = 0.0}};
-    const Strikes away{struck(beam, {{.position = 6.5, .mass = kMass, .gap = 1.0, .velocity = 1.0}}, 1.0)};
+    const Strikes away{struck(beam, {{.place = {.x = 6.5}, .mass = kMass, .gap = 1.0, .velocity = 1.0}}, 1.0)};
     const Strikes alone{beam};
     for (std::size_t row = 0; row < away.record.times.size(); ++row) {
       EXPECT_NEAR(away.striker(row, 0), 1.0 + away.record.times[row], 1e-12);
@@ -231,7 +231,7 @@ TEST(Strikers, StayBehindABaseAndLetAxlesPass) {
                              .travelling_loads = {{.offset = {0.0, 1.5}, .force = {-2e3, -1e3}, .speed = 40.0}},
                              .base_motion = {shaken},
                              .initial = {.height = 0.0}};
-  const Strikes away{struck(beam, {{.position = 5.0, .mass = kMass, .gap = 3.0}}, 1.0)};
+  const Strikes away{struck(beam, {{.place = {.x = 5.0}, .mass = kMass, .gap = 3.0}}, 1.0)};
   const Strikes alone{beam};
   for (std::size_t row = 0; row < away.record.times.size(); ++row) {
     const double base = shaken.at(away.record.times[row]).displacement;
@@ -255,7 +255,7 @@ TEST(Strikers, ABallByHertzComesBackFromAStiffBeam) {
   const auto law = std::make_shared<PowerLaw>(PowerLaw::Parameters{.stiffness = kStiffness});
   const Strikes hit{
       struck({.beam = beam, .filter = {.filter_frequency = 2e4}, .gravity = 0.0, .initial = {.height = 0.0}},
-             {{.position = 5.0, .mass = kBall, .gap = 0.0, .velocity = -kSpeed}}, 1.0, law)};
+             {{.place = {.x = 5.0}, .mass = kBall, .gap = 0.0, .velocity = -kSpeed}}, 1.0, law)};
   EXPECT_NEAR(hit.speed(1, 0), kSpeed, 2e-3 * kSpeed);
   EXPECT_LT(hit.record.largest_drift(), 1e-9);
   EXPECT_NEAR(hit.fall.dynamics.support_impulses()[0], 2.0 * kBall * kSpeed, 2e-3 * kBall * kSpeed);
@@ -279,7 +279,7 @@ TEST(Strikers, FallFreelyAtAnyFilterFrequency) {
   for (const double wf : {1e5, 1e6}) {
     const Strikes fall{
         struck({.beam = beam, .filter = {.filter_frequency = wf}, .gravity = kGravity, .initial = {.height = 0.0}},
-               {{.position = 5.0, .mass = kFalling, .gap = kGap}}, 1.0, law)};
+               {{.place = {.x = 5.0}, .mass = kFalling, .gap = kGap}}, 1.0, law)};
     const double last = std::sqrt(2.0 * kGravity * kGap);
     const double off = 10.0 * kTolerance * std::sqrt(wf * kEnd);  // errors of steps have no sign
     for (std::size_t row = 0; row < 7; ++row) {
@@ -301,13 +301,13 @@ TEST(Strikers, RefuseWhatCannotBe) {
         test::failure_of<InputError>([&] { const Model model{PETSC_COMM_WORLD, struck(beam, {striker}, 1.0)}; });
     EXPECT_NE(message.find(because), std::string::npos) << message;
   };
-  refused({.position = 5.0, .mass = 0.0}, "striker mass");
-  refused({.position = 5.0, .mass = 1.0, .gap = -1e-3}, "striker gap");
-  refused({.position = 11.0, .mass = 1.0}, "striker position");
-  refused({.position = 0.0, .mass = 1.0}, "this one is held");
-  refused({.position = 5.0, .mass = 1.0}, "no support may touch", {{.position = 5.0}});
+  refused({.place = {.x = 5.0}, .mass = 0.0}, "striker mass");
+  refused({.place = {.x = 5.0}, .mass = 1.0, .gap = -1e-3}, "striker gap");
+  refused({.place = {.x = 11.0}, .mass = 1.0}, "striker position");
+  refused({.place = {.x = 0.0}, .mass = 1.0}, "this one is held");
+  refused({.place = {.x = 5.0}, .mass = 1.0}, "no support may touch", {{.position = 5.0}});
   const ModelParameters beam{.beam = pinned_beam(), .filter = {.filter_frequency = 100.0}};
-  const std::vector<Striker> two{{.position = 5.0, .mass = 1.0}, {.position = 5.1, .mass = 1.0, .below = true}};
+  const std::vector<Striker> two{{.place = {.x = 5.0}, .mass = 1.0}, {.place = {.x = 5.1}, .mass = 1.0, .below = true}};
   const std::string message =
       test::failure_of<InputError>([&] { const Model model{PETSC_COMM_WORLD, struck(beam, two, 1.0)}; });
   EXPECT_NE(message.find("a node of its own"), std::string::npos) << message;

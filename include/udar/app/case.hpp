@@ -103,9 +103,7 @@ struct ContactInput {
 
 /// @brief What is written, and what is gone on from.
 struct OutputInput {
-  std::vector<Place> gauges;                 ///< [m]
-  std::vector<std::string> gauge_junctions;  ///< of a network, gauges after these
-  bool in_space = false;                     ///< some are not given by x alone
+  std::vector<Place> gauges;  ///< [m]
   OutputParameters output;
   RestartParameters restart;
   double wall_limit = 0.0;  ///< [s] of wall time; 0: none

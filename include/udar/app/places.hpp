@@ -15,10 +15,16 @@ namespace udar::app {
 
 /// @brief A thing that acts or reads at the nearest node.
 struct Placed {
-  std::string name;    ///< "support 0"
-  double asked = 0.0;  ///< x [m]
-  double used = 0.0;   ///< x of the node [m]
+  std::string name;  ///< "support 0"
+  Place asked{};     ///< [m]
+  Place used{};      ///< of the node [m]
+
+  /// Along x where only that was given [m].
+  [[nodiscard]] double away() const;
 };
+
+/// "x = 5 m", or "(1, 2, 3) m" of a place that is given by more.
+[[nodiscard]] std::string words_of(const Place& place);
 
 /// @brief All of a case that are at one node: supports without a width, line supports, point masses, gauges.
 /// @note Collective.

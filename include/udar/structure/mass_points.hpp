@@ -30,6 +30,9 @@ enum class Direction : std::uint8_t { other, x, y, z };
 
 inline constexpr Place kUp{.y = 1.0};
 
+/// Whether a place is given by more than its x.
+[[nodiscard]] constexpr bool in_space(const Place& place) noexcept { return place.y != 0.0 || place.z != 0.0; }
+
 /// @brief A box along the axes, edges included [m].
 struct Region {
   static constexpr double kEnd = std::numeric_limits<double>::infinity();

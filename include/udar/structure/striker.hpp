@@ -12,7 +12,7 @@ namespace udar {
 
 /// @brief A rigid mass, guided along y, that can touch one node of a structure.
 struct Striker {
-  double position = 0.0;  ///< [m], along the structure: it strikes the nearest node that moves along y
+  Place place{};          ///< [m]: it strikes the nearest node that moves along y
   double mass = 0.0;      ///< [kg], > 0
   double gap = 0.0;       ///< between its tip and the node at the start [m], >= 0
   double velocity = 0.0;  ///< at the start [m/s], y up

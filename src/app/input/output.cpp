@@ -17,18 +17,20 @@ constexpr std::array kGuardModes{Names<GuardMode>{"warn", GuardMode::warn}, Name
 constexpr std::array kPageForms{Names<PageForm>{"text", PageForm::text}, Names<PageForm>{"json", PageForm::json},
                                 Names<PageForm>{"none", PageForm::none}};
 
+constexpr PlaceKeys kGauges{
+    .position = {"-gauge_position", "where gauges read, x: the nearest node"},
+    .place = {"-gauge_place",
+              "for a structure in space: where more gauges read, x,y,z of the first, then of the second, ...: the "
+              "nearest node"},
+    .junction = {"-gauge_junction", "for a network: where more gauges read, names of junctions"},
+    .thing = "gauge"};
+
 }  // namespace
 
-OutputInput read_output(MPI_Comm comm) {
+OutputInput read_output(MPI_Comm comm, const StructureInput& structure) {
   OutputInput input;
   OptionGroup group{comm, "Output and restart"};
-  Numbers position;
-  Numbers place;
-  group.reals("-gauge_position", position, "m", petsc::any(), "where gauges read, x: the nearest node");
-  group.reals("-gauge_place", place, "m", petsc::any(),
-              "for a structure in space: where more gauges read, x,y,z of the first, then of the second, ...: the "
-              "nearest node");
-  group.strings("-gauge_junction", input.gauge_junctions, "for a network: where more gauges read, names of junctions");
+  input.gauges = read_places(group, kGauges, structure);
   group.string("-output_directory", input.output.directory, "folder for everything a run writes");
   group.boolean("-output_overwrite", input.output.overwrite, "replace the run that is there");
   group.real("-output_interval", input.output.interval, "s", petsc::positive(),
@@ -52,15 +54,6 @@ OutputInput read_output(MPI_Comm comm) {
              "wall time between restart files; 0: none by the clock");
   group.real("-wall_limit", input.wall_limit, "s", petsc::non_negative_or_infinite(),
              "wall time after which the run ends in order, to be continued; 0: none");
-  if (place.size() % 3 != 0) {
-    throw InputError{"option -gauge_place: " + std::to_string(place.size()) +
-                     " values given, expected three for each gauge: x,y,z [m]"};
-  }
-  std::ranges::transform(position, std::back_inserter(input.gauges), [](double x) { return Place{.x = x}; });
-  for (std::size_t i = 0; i < place.size(); i += 3) {
-    input.gauges.push_back({.x = place[i], .y = place[i + 1], .z = place[i + 2]});
-  }
-  input.in_space = !place.empty() || !input.gauge_junctions.empty();
   group.choice<GuardMode>(
       "-udar_guard", input.guard, kGuardModes,
       "what becomes of a run whose energy balance is off, whose masses are below a support, or whose "

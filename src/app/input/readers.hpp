@@ -4,6 +4,7 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -34,6 +35,18 @@ struct NumberList {
   [[nodiscard]] double operator[](std::size_t i) const { return values[i]; }
 };
 
+/// @brief The keys that place things of one kind, and what they say of them: along x, in space, at junctions.
+struct PlaceKeys {
+  std::array<const char*, 2> position;  ///< key, text
+  std::array<const char*, 2> place;
+  std::array<const char*, 2> junction;
+  const char* thing;
+};
+
+/// @brief Where they are, in that order. @throws InputError naming option, value and what is expected
+[[nodiscard]] std::vector<Place> read_places(petsc::OptionGroup& group, const PlaceKeys& keys,
+                                             const StructureInput& structure);
+
 /// What lists of supports must match.
 inline constexpr const char* kPerSupport = "one per -support_position";
 
@@ -63,8 +76,9 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @param network whose nodes boxes are beside
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 /// Strikers, and a support for each that is its face.
-[[nodiscard]] std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm);
-[[nodiscard]] OutputInput read_output(MPI_Comm comm);
+[[nodiscard]] std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm,
+                                                                                  const StructureInput& structure);
+[[nodiscard]] OutputInput read_output(MPI_Comm comm, const StructureInput& structure);
 /// @param step_needed whether a step must be given
 [[nodiscard]] TimeInput read_time(MPI_Comm comm, bool step_needed);
 /// @}
