@@ -21,7 +21,8 @@ std::uint64_t spoiled(double value) noexcept { return (std::bit_cast<std::uint64
 NodeName name_of_node(const Structure& structure, std::size_t point) {
   const MassPoints& points = structure.points();
   const Topology topology = structure.topology();
-  return {.node = topology.node.empty() ? points.number(point) : topology.node_number[topology.node[point]],
+  const std::size_t own = points.own_point(point);
+  return {.node = topology.node.empty() ? points.number(own) : topology.node_number[topology.node[own]],
           .x = points.place(point).x};
 }
 

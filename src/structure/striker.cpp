@@ -96,13 +96,16 @@ class StruckPoints final : public MassPoints {
       : StruckPoints{points, strikers, own_struck(points, strikers)} {}
 
   [[nodiscard]] std::size_t own_points() const override { return points_->points(); }
+  [[nodiscard]] std::size_t own_point(std::size_t point) const override {
+    return is_gap(point) ? own_[point - points_->points()].node : point;
+  }
   [[nodiscard]] std::span<const Strike> strikes() const override { return strikes_; }
   [[nodiscard]] std::span<const NodeFrame> frames() const override { return points_->frames(); }
 
   [[nodiscard]] Direction direction(std::size_t point) const override {
     return is_gap(point) ? Direction::y : points_->direction(point);
   }
-  [[nodiscard]] Place place(std::size_t point) const override { return points_->place(node_of(point)); }
+  [[nodiscard]] Place place(std::size_t point) const override { return points_->place(own_point(point)); }
   /// A gap is a difference of heights, which neither gravity nor a height of the whole changes.
   [[nodiscard]] Place axis(std::size_t point) const override { return is_gap(point) ? Place{} : points_->axis(point); }
   [[nodiscard]] Place turning(std::size_t point) const override {
@@ -182,9 +185,6 @@ class StruckPoints final : public MassPoints {
   }
 
   [[nodiscard]] bool is_gap(std::size_t point) const { return point >= points_->points(); }
-  [[nodiscard]] std::size_t node_of(std::size_t point) const {
-    return is_gap(point) ? own_[point - points_->points()].node : point;
-  }
   /// Global number here of a global point of the structure.
   [[nodiscard]] PetscInt moved(PetscInt of_structure) const {
     const auto after = std::ranges::upper_bound(structure_begins_, of_structure) - structure_begins_.begin() - 1;

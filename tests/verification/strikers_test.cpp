@@ -15,9 +15,11 @@
 #include <utility>
 #include <vector>
 
+#include "support/small_frame.hpp"
 #include "support/steel_beam.hpp"
 #include "support/world.hpp"
 #include "udar/contact/power_law.hpp"
+#include "udar/motion/finite.hpp"
 #include "udar/structure/striker.hpp"
 
 namespace udar {
@@ -291,6 +293,21 @@ TEST(Strikers, FallFreelyAtAnyFilterFrequency) {
     for (const EnergyLedger& energy : fall.record.energies) {  // beside what it brings, which no tolerance hides
       EXPECT_LT(std::abs(energy.drift() * energy.scale), 2.0 * off * kFalling * kGravity * kGap) << wf;
     }
+  }
+}
+
+/// What goes wrong is told of the node, of a beam as of a network, whose table of points ends before the gaps.
+TEST(Strikers, HaveTheNameOfTheirNode) {
+  const ModelParameters beam{.beam = pinned_beam()};
+  const ModelParameters network{.network = test::turned_beam(10.0, 20)};
+  for (const ModelParameters& parameters : {beam, network}) {
+    const auto structure =
+        make_structure(PETSC_COMM_WORLD, struck(parameters, {{.place = {.x = 5.0}, .mass = 1.0}}, 1.0));
+    const MassPoints& points = structure->points();
+    each_own(points, [&](const Strike& /*strike*/, std::size_t centre, std::size_t gap) {
+      EXPECT_EQ(name_of_node(*structure, gap).node, name_of_node(*structure, centre).node);
+      EXPECT_DOUBLE_EQ(name_of_node(*structure, gap).x, 5.0);
+    });
   }
 }
 

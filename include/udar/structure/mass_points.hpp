@@ -152,6 +152,8 @@ class MassPoints {
   [[nodiscard]] virtual std::span<const Strike> strikes() const { return {}; }
   /// Local points that are nodes' own: all but gaps, which follow them.
   [[nodiscard]] virtual std::size_t own_points() const { return points(); }
+  /// The own point of the node that a local point belongs to: itself, of a gap the centre.
+  [[nodiscard]] virtual std::size_t own_point(std::size_t point) const { return point; }
   /// The same of one coordinate [m]: its share of the height; 0 of a point that moves across, whose coordinate is how
   /// far it went.
   [[nodiscard]] double reference(std::size_t coordinate) const;
