@@ -76,26 +76,17 @@ FileRows::FileRows(const MassPoints& points, const Topology& topology)
       a_point_{points_of_nodes(points, topology)},
       upright_{all_upright(points)},
       turns_{any_turns(points)},
+      mass_{node_masses(points)},
       nodes_{order_of_nodes(points, topology)},
       cells_{points.comm(), topology} {}
 
 std::size_t FileRows::node(std::size_t point) const {
-  std::size_t of = point;
-  each_own(*points_,
-           [&](const Strike& /*strike*/, std::size_t centre, std::size_t gap) { of = point == gap ? centre : of; });
-  return grouped() ? node_[of] : of;
+  const std::size_t own = points_->own_point(point);
+  return grouped() ? node_[own] : own;
 }
 
 std::int64_t FileRows::number(std::size_t point) const {
   return grouped() ? number_[node(point)] : points_->number(node(point));
-}
-
-double FileRows::mass(std::size_t point) const {
-  double mass = points_->mass()[point];
-  each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t /*gap*/) {
-    mass *= point == centre ? 1.0 - strike.share : 1.0;
-  });
-  return mass;
 }
 
 std::vector<FileField> FileRows::fields(std::span<const FieldInfo> shown) const {

@@ -253,4 +253,12 @@ std::vector<double> node_values(const MassPoints& points, std::span<const double
   return of_nodes;
 }
 
+std::vector<double> node_masses(const MassPoints& points) {
+  const std::span<const double> all = points.mass();
+  std::vector<double> mass{all.begin(), all.begin() + static_cast<std::ptrdiff_t>(points.own_points())};
+  each_own(points,
+           [&](const Strike& strike, std::size_t centre, std::size_t /*gap*/) { mass[centre] *= 1.0 - strike.share; });
+  return mass;
+}
+
 }  // namespace udar

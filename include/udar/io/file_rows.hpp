@@ -53,8 +53,8 @@ class FileRows {
   [[nodiscard]] std::size_t node(std::size_t point) const;
   /// Number of a local point's node in the user's model.
   [[nodiscard]] std::int64_t number(std::size_t point) const;
-  /// Of a local point's node alone, without what strikes it [kg].
-  [[nodiscard]] double mass(std::size_t point) const;
+  /// Of a node's own local point, without what strikes it [kg].
+  [[nodiscard]] double mass(std::size_t point) const { return mass_[point]; }
   /// @brief What files have over time of a snapshot's fields. Of points that do not all move along y they have
   /// displacements, vectors [m]; of nodes of several points these in place of positions. Where points turn there are
   /// rotations [rad] and their rates besides.
@@ -76,6 +76,7 @@ class FileRows {
   std::vector<std::size_t> a_point_;
   bool upright_ = true;
   bool turns_ = false;  ///< some point does
+  std::vector<double> mass_;
   PointOrder nodes_;
   PointOrder cells_;
 };

@@ -56,4 +56,7 @@ void centres_to_nodes(const MassPoints& points, std::span<double> values);
 /// The same of a copy, which has no gaps any more. @param values of local points
 [[nodiscard]] std::vector<double> node_values(const MassPoints& points, std::span<const double> values);
 
+/// Of the local points that are nodes' own, without what strikes them [kg].
+[[nodiscard]] std::vector<double> node_masses(const MassPoints& points);
+
 }  // namespace udar
