@@ -16,6 +16,7 @@
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/network.hpp"
 #include "udar/structure/solid_motions.hpp"
+#include "udar/structure/striker.hpp"
 
 namespace udar::app {
 namespace {
@@ -41,13 +42,13 @@ bool falls_freely(const Case& input, const Structure& structure) {
 
 BodyMotion::BodyMotion(const Case& input, const Structure& structure, const ImpactDynamics& dynamics)
     : structure_{&structure},
-      points_{&structure.points()},
+      points_{&structure.elastic().points()},
       dynamics_{&dynamics},
       interval_{io::sampling_interval(input.output.interval, longest_sample(input))},
       node_{structure.topology().node},
       apart_{in_parts(structure)} {
   if (node_.empty()) {
-    node_.resize(points_->own_points());
+    node_.resize(points_->points());
     std::iota(node_.begin(), node_.end(), std::size_t{0});
   }
   if (!structure.grounded() && !apart_) {
@@ -61,8 +62,8 @@ BodyMotion::BodyMotion(const Case& input, const Structure& structure, const Impa
 /// Of each motion as a solid in the displacement of the line, then height and velocity of the centre of mass.
 std::vector<double> BodyMotion::shares(const Snapshot& state, const std::vector<double>& displacement) const {
   const std::span<const double> mass = points_->mass();
-  const std::span<const double> position = state.values("mass_position");
-  const std::span<const double> velocity = state.values("mass_velocity");
+  const std::vector<double> position = node_values(structure_->points(), state.values("mass_position"));
+  const std::vector<double> velocity = node_values(structure_->points(), state.values("mass_velocity"));
   std::vector<double> sums(solid_.size() + 2, 0.0);
   for (std::size_t i = 0; i < displacement.size(); ++i) {
     for (std::size_t k = 0; k < solid_.size(); ++k) {
@@ -79,10 +80,9 @@ std::vector<double> BodyMotion::shares(const Snapshot& state, const std::vector<
 }
 
 void BodyMotion::snapshot(const Snapshot& state) {
-  const std::span<const double> line = state.values("line_position");
-  std::vector<double> displacement(points_->own_points());
+  std::vector<double> displacement = node_values(structure_->points(), state.values("line_position"));
   for (std::size_t i = 0; i < displacement.size(); ++i) {
-    displacement[i] = line[i] - points_->reference(i);
+    displacement[i] -= points_->reference(i);
   }
   if (!solid_.empty() || search_) {
     const std::vector<double> sums = shares(state, displacement);

@@ -42,7 +42,7 @@ class BodyMotion final : public Observer {
   [[nodiscard]] std::optional<double> first_contact() const;
 
   const Structure* structure_;
-  const MassPoints* points_;
+  const MassPoints* points_;  // without what strikes them
   const ImpactDynamics* dynamics_;
   double interval_;
   std::vector<std::size_t> node_;           // of each local point, whose displacements add up to a vector's length

@@ -12,7 +12,9 @@ namespace udar::app {
 class MonitorTable final : public Observer {
  public:
   /// @param interval of simulated time [s], above 0
-  MonitorTable(MPI_Comm comm, double interval) : comm_{comm}, interval_{interval} {}
+  /// @param strikers whose faces are the last supports, and whose impulses are none from outside
+  MonitorTable(MPI_Comm comm, double interval, std::size_t strikers)
+      : comm_{comm}, interval_{interval}, strikers_{static_cast<std::ptrdiff_t>(strikers)} {}
 
   [[nodiscard]] double interval() const override { return interval_; }
   void snapshot(const Snapshot& state) override;
@@ -20,6 +22,7 @@ class MonitorTable final : public Observer {
  private:
   MPI_Comm comm_;
   double interval_;
+  std::ptrdiff_t strikers_;
   bool headed_ = false;
 };
 

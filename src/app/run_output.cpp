@@ -43,7 +43,7 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
     field_errors_ = add(std::make_unique<FieldErrors>(line.points(), input));
   }
   if (input.output.monitor_interval > 0.0) {
-    add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval));
+    add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval, input.strikers.size()));
   } else if (input.output.page != PageForm::json) {
     add(std::make_unique<ProgressLine>(line.points().comm()));
   }

@@ -14,28 +14,43 @@
 #include "udar/app/case.hpp"
 #include "udar/app/places.hpp"
 #include "udar/app/run.hpp"
+#include "udar/structure/striker.hpp"
 
 namespace udar::study {
 
+namespace {
+
+/// Of this rank's strikers [J].
+double striking_energy(const MassPoints& points, std::span<const double> velocity) {
+  double energy = 0.0;
+  each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
+    const double speed = velocity[centre] + (1.0 - strike.share) * strike.side * velocity[gap];
+    energy += 0.5 * strike.share * points.mass()[centre] * speed * speed;
+  });
+  return energy;
+}
+
+}  // namespace
+
 Sampler::Sampler(const app::Case& input, const MassPoints& points)
-    : comm_{points.comm()}, interval_{input.output.interval}, mass_(points.points()) {
+    : points_{&points}, interval_{input.output.interval}, mass_{node_masses(points)} {
   std::array<double, 3> moments{};
   const auto count = mass_.size();
   for (std::size_t i = 0; i < count; ++i) {
     const double up = points.axis(i).y;
-    mass_[i] = up * points.mass()[i];
+    mass_[i] *= up;
     x_.push_back(points.place(i).x);
     moments[0] += up * mass_[i];
     moments[1] += up * mass_[i] * x_[i];
   }
-  MPI_Allreduce(MPI_IN_PLACE, moments.data(), 2, MPI_DOUBLE, MPI_SUM, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, moments.data(), 2, MPI_DOUBLE, MPI_SUM, points.comm());
   total_ = moments[0];
   const double centre = moments[1] / total_;
   for (std::size_t i = 0; i < count; ++i) {
     x_[i] -= centre;
     moments[2] += points.axis(i).y * mass_[i] * x_[i] * x_[i];
   }
-  MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, points.comm());
   inertia_ = moments[2];
   for (const Place& gauge : input.gauges) {
     const PetscInt node = points.nearest(gauge);
@@ -50,27 +65,30 @@ Sampler::Sampler(const app::Case& input, const MassPoints& points)
 }
 
 void Sampler::snapshot(const Snapshot& state) {
-  const std::span<const double> position = state.values("mass_position");
-  const std::span<const double> velocity = state.values("mass_velocity");
-  const std::span<const double> line = state.values("line_position");
-  std::vector<double> sums(4 + gauge_.size());
+  const std::vector<double> position = node_values(*points_, state.values("mass_position"));
+  const std::vector<double> velocity = node_values(*points_, state.values("mass_velocity"));
+  const std::vector<double> nodes = node_values(*points_, state.values("line_position"));
+  const std::span<const double> line = state.values("line_position");  // which gauges read
+  std::vector<double> sums(5 + gauge_.size());
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     sums[0] += mass_[i] * position[i];
     sums[1] += mass_[i] * velocity[i];
-    sums[2] += mass_[i] * line[i];
-    sums[3] += mass_[i] * x_[i] * line[i];
+    sums[2] += mass_[i] * nodes[i];
+    sums[3] += mass_[i] * x_[i] * nodes[i];
   }
+  sums[4] = striking_energy(*points_, state.values("mass_velocity"));
   for (std::size_t g = 0; g < gauge_.size(); ++g) {
     for (const auto& [point, share] : gauge_[g]) {
-      sums[4 + g] += share * line[point];
+      sums[5 + g] += share * line[point];
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points_->comm());
   Sample sample{.time = state.time,
                 .height = sums[0] / total_,
                 .velocity = sums[1] / total_,
-                .position = {sums.begin() + 4, sums.end()},
+                .position = {sums.begin() + 5, sums.end()},
                 .deflection = {},
+                .striking = sums[4],
                 .energy = state.energy};
   for (std::size_t g = 0; g < gauge_.size(); ++g) {
     sample.deflection.push_back(sample.position[g] - sums[2] / total_ - sums[3] / inertia_ * gauge_x_[g]);
@@ -112,11 +130,11 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
   const auto add = [&all](std::string name, const char* unit, std::optional<double> value, bool compared = true) {
     all.push_back({.name = std::move(name), .unit = unit, .value = value, .compared = compared});
   };
-  double impulse = 0.0;
-  for (const double one : summary.contact.support_impulse) {
-    impulse += one;
+  double impulse = 0.0;  // of what stands outside; a striker gives what it has
+  for (std::size_t i = 0; i < summary.contact.support_impulse.size(); ++i) {
+    impulse += input.supports[i].striker < 0 ? summary.contact.support_impulse[i] : 0.0;
   }
-  const app::Rebound back = summary.contact.first_contact_time
+  const app::Rebound back = summary.contact.first_contact_time && input.strikers.empty()
                                 ? rebound(samples, *summary.contact.first_contact_time, input.gravity)
                                 : app::Rebound{};
   add("impulse", "N s", impulse);
@@ -137,7 +155,8 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
     const Sample& end = samples.back();
     const double centre = 0.5 * sampler.mass() * end.velocity * end.velocity;
     add("energy_centre", "J", centre);
-    add("energy_vibration", "J", end.energy.kinetic - centre + end.energy.line_strain + end.energy.radiated);
+    add("energy_vibration", "J",
+        end.energy.kinetic - end.striking - centre + end.energy.line_strain + end.energy.radiated);
     add("energy_springs", "J", end.energy.fictitious_springs);
     add("energy_lost", "J", end.energy.lost_in_impacts);
   }

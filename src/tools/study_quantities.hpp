@@ -16,20 +16,21 @@
 
 namespace udar::study {
 
-/// @brief The beam as a whole at one time; equal on every rank.
+/// @brief The beam as a whole at one time, without what strikes it; equal on every rank.
 struct Sample {
   double time = 0.0;               ///< [s]
   double height = 0.0;             ///< of the centre of mass [m]
   double velocity = 0.0;           ///< of the centre of mass [m/s]
   std::vector<double> position;    ///< of the line at the gauges [m]
   std::vector<double> deflection;  ///< of the line at the gauges from its best straight line, by mass [m]
-  EnergyLedger energy;             ///< [J]
+  double striking = 0.0;           ///< kinetic energy of strikers [J]
+  EnergyLedger energy;             ///< [J], strikers' with it
 };
 
 /// @brief Collects samples at every row of the output. One reduction per row.
 class Sampler final : public Observer {
  public:
-  /// @note Collective.
+  /// @param points must live as long as the run @note Collective.
   Sampler(const app::Case& input, const MassPoints& points);
 
   [[nodiscard]] double interval() const override { return interval_; }
@@ -40,7 +41,7 @@ class Sampler final : public Observer {
   [[nodiscard]] double mass() const noexcept { return total_; }  ///< of the whole beam [kg]
 
  private:
-  MPI_Comm comm_;
+  const MassPoints* points_;  // with strikers
   double interval_;
   std::vector<double> mass_;  // of what moves along y
   std::vector<double> x_;     // from the centre of mass

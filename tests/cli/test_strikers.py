@@ -114,6 +114,13 @@ class Strikers(UdarTest):
         far = self.struck("far", network_file=path, **high, striker_place="5,4,0")
         self.assertIn("striker 0 at (5, 4, 0) m is taken to the nearest node, at (5, 3, 0) m", far.err + far.out)
 
+    def test_untouched_beam_stays_where_it_is(self):
+        """What is told of the beam is told without what strikes it."""
+        away = self.struck(beam_left_end=None, beam_right_end=None, striker_velocity=0, ts_max_time=0.02)
+        summary = away.summary()
+        self.assertLess(summary["max_deflection"], 1e-15)
+        self.assertEqual(summary["impacts"], 0)
+
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""
         result = self.struck(striker_restitution=0.5, ts_type="impact", ts_rtol=1e-11)

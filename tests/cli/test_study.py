@@ -264,6 +264,31 @@ class Honesty(StudyTest):
         self.assertAlmostEqual(centre["error"] / abs(finest - truth), 1.0, delta=0.2)
 
 
+class Strikers(StudyTest):
+    FAR = {"support_position": None, "initial_height": 0, "gravity": 0, "striker_position": 5, "striker_mass": 80,
+           "striker_gap": 1, "filter_frequency": "100,200"}
+
+    def test_a_beam_that_none_has_touched_is_at_rest(self):
+        study, *_ = self.study({**self.FAR, "striker_velocity": -1, "ts_max_time": 0.02})
+        for run in study["runs"]:
+            found = run["quantities"]
+            for name in ("deflection_down", "deflection_up", "energy_centre", "impulse"):
+                self.assertAlmostEqual(found[name], 0, delta=1e-12, msg=name)
+            # 40 J of the striker, known to the rounding of the difference.
+            self.assertAlmostEqual(found["energy_vibration"], 0, delta=1e-12)
+
+    def test_what_a_striker_gives_the_beam_has(self):
+        study, *_ = self.study({**self.FAR, "striker_velocity": -20, "striker_restitution": 0.5, "ts_max_time": 0.06,
+                                "ts_rtol": 1e-10})
+        for run in study["runs"]:
+            found = run["quantities"]
+            self.assertEqual(found["impulse"], 0)
+            self.assertGreater(found["impulse_0"], 1)
+            speed = np.sqrt(2 * found["energy_centre"] / STEEL_MASS)
+            self.assertAlmostEqual(STEEL_MASS * speed / found["impulse_0"], 1, delta=1e-8)
+            self.assertIsNone(found["rebound_velocity"])
+
+
 class Series(StudyTest):
     SERIES = "points: ; pads: -support_width 1; fine: -support_width 1 -filter_frequency 800"
 
