@@ -122,14 +122,14 @@ void FilteredStructure::configure_solver() {
   PetscBool direct = PETSC_FALSE;
   UDAR_CALL(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(static_cast<KSP>(solver_)), KSPPREONLY, &direct));
   if (direct == PETSC_TRUE) {
-    columns_ = column_solver(preconditioner);
-    around_ = columns_ != nullptr ? operator_->around(*columns_) : nullptr;
+    direct_ = column_solver(preconditioner);
+    around_ = direct_ != nullptr ? operator_->around(*direct_) : nullptr;
   }
-  if (columns_ != nullptr) {
+  if (direct_ != nullptr) {
     // KSPSolve, which would do this, is not on its way.
     UDAR_CALL(KSPViewFromOptions(solver_, nullptr, "-ksp_view"));
   }
-  columns_ = around_ != nullptr ? around_.get() : columns_;
+  columns_ = around_ != nullptr ? around_.get() : direct_;
 }
 
 void FilteredStructure::solve(std::span<const double> mass_displacement, std::span<const double> force,

@@ -121,6 +121,17 @@ class Strikers(UdarTest):
         self.assertLess(summary["max_deflection"], 1e-15)
         self.assertEqual(summary["impacts"], 0)
 
+    def test_its_solver_is_known(self):
+        """Behind the strikers stands the structure's own: what is said of it, and of what it moves."""
+        seen = self.struck("seen", ts_max_time=0.03, udar_view=True, ts_type="impact")
+        self.assertRegex(seen.out, r"line solver .*chain recursion")
+        self.assertGreater(seen.summary()["streamed_bytes"], 0)
+        path = self.scratch / "beam.yaml"
+        path.write_text(MEMBER)
+        network = self.struck("network", structure_type="network", network_file=path, ts_max_time=0.02, udar_view=True)
+        self.assertIn("members condensed to junctions", network.out)
+        self.assertIn("nodes of a rank, most over mean", network.out)
+
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""
         result = self.struck(striker_restitution=0.5, ts_type="impact", ts_rtol=1e-11)

@@ -96,9 +96,9 @@ class FilteredStructure {
   [[nodiscard]] KSP solver() const noexcept { return solver_; }      ///< for PETSc calls beyond this class
   [[nodiscard]] Mat op() const noexcept { return operator_->op(); }  ///< its product, scaled, in its own unknowns
   /// The chain solver where it serves, else null: why not is in `FilterOperator::block_form_reason`.
-  [[nodiscard]] const ChainSolver* chain() const noexcept { return dynamic_cast<const ChainSolver*>(columns_); }
+  [[nodiscard]] const ChainSolver* chain() const noexcept { return dynamic_cast<const ChainSolver*>(direct_); }
   /// That of a network where it serves, else null.
-  [[nodiscard]] const NetworkSolver* network() const noexcept { return dynamic_cast<const NetworkSolver*>(columns_); }
+  [[nodiscard]] const NetworkSolver* network() const noexcept { return dynamic_cast<const NetworkSolver*>(direct_); }
   /// Largest normwise backward error seen by the residual check so far [-].
   [[nodiscard]] double worst_residual() const noexcept { return worst_residual_; }
 
@@ -119,7 +119,8 @@ class FilteredStructure {
   FilterParameters parameters_;
   std::unique_ptr<FilterOperator> operator_;
   petsc::LinearSolver solver_;
-  ColumnSolver* columns_ = nullptr;
+  ColumnSolver* direct_ = nullptr;        // the operator's own
+  ColumnSolver* columns_ = nullptr;       // what serves, that one or one around it
   std::unique_ptr<ColumnSolver> around_;  // of columns that are not the operator's own; null: they are
   FramedColumns framed_;
   CorrectedModes corrected_;
