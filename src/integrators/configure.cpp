@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 17> kFeatureNames{{
+constexpr std::array<FeatureName, 18> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -46,6 +46,7 @@ constexpr std::array<FeatureName, 17> kFeatureNames{{
     {Feature::contact_laws, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::strikers, "striker mass", "masses that strike the structure (`striker mass`)", "none"},
+    {Feature::laws_of_strikers, "striker law", "strikers with a law of contact (`striker law`)", "none"},
     {Feature::yielding_held, "contact surface", "plastic hinges in a line that supports hold (`contact surface` line)",
      "mass"},
     {Feature::yielding, "beam yield moment", "a beam that yields (`beam yield moment`)", "inf [N m]"},
@@ -220,7 +221,10 @@ Features needed_features(const ImpactProblem& problem) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::friction, support.friction > 0.0);
     const bool law = support.contact_law != nullptr;
-    needed.add(on_line ? Feature::laws_of_line : Feature::contact_laws, law);
+    needed.add(on_line                ? Feature::laws_of_line
+               : support.striker >= 0 ? Feature::laws_of_strikers
+                                      : Feature::contact_laws,
+               law);
     needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic() && !law);
   }
   return needed;

@@ -291,6 +291,14 @@ REFUSED = {
     "striker_without_mass": ({"striker_position": 5}, ["-striker_mass", "-striker_position", "[kg]"]),
     "mass_without_striker": ({"striker_mass": 5}, ["-striker_mass", "nothing", "-striker_position"]),
     "striker_without_weight": ({"striker_position": 5, "striker_mass": 0}, ["-striker_mass", "0", "> 0", "[kg]"]),
+    "striker_in_space_of_a_beam": (
+        {"striker_place": "5,0,0", "striker_mass": 1},
+        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
+    ),
+    "striker_at_a_junction_of_a_beam": (
+        {"striker_junction": "middle", "striker_mass": 1},
+        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
+    ),
     "striker_faster_than_light": (
         {"striker_position": 5, "striker_mass": 1, "striker_velocity": -1e9},
         ["-striker_velocity", "1e+09", "speed of light", "m/s"],
@@ -299,18 +307,19 @@ REFUSED = {
         {"striker_position": 5, "striker_mass": 1, "striker_gap": 1e12},
         ["-striker_gap", "1e+12", "[m]"],
     ),
+    "table_of_a_striker_that_does_not_exist": (
+        {"striker_position": 5, "striker_mass": 1, "striker_law": "table", "striker_unloading_stiffness": 1e9,
+         "striker_table": "no_such_file.csv"},
+        ["-striker_table", "no_such_file.csv"],
+    ),
+    "law_of_a_striker_by_runge_kutta": (
+        {"striker_position": 5, "striker_mass": 1, "striker_law": "hertz", "striker_stiffness": 1e8, "ts_type": "rk"},
+        ["rk", "-striker_law", "impact"],
+    ),
     "load_over_a_gap_beside_a_striker": (
         {"beam_length": "5,5", "beam_gap": 0.5, "beam_elements": 10, "load_position": 5, "load_width": 3,
          "load_table": "table.csv", "striker_position": 5, "striker_mass": 1},
         ["-load_width", "without gaps"],
-    ),
-    "striker_in_space_of_a_beam": (
-        {"striker_place": "5,0,0", "striker_mass": 1},
-        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
-    ),
-    "striker_at_a_junction_of_a_beam": (
-        {"striker_junction": "middle", "striker_mass": 1},
-        ["-striker_place", "-striker_junction", "-striker_position", "[m]"],
     ),
     "two_masses_three_strikers": (
         {"striker_position": "4,5,6", "striker_mass": "1,2"},

@@ -132,6 +132,13 @@ class Strikers(UdarTest):
         self.assertIn("members condensed to junctions", network.out)
         self.assertIn("nodes of a rank, most over mean", network.out)
 
+    @unittest.skipIf(RANKS > 1, "once")
+    def test_errors_name_keys_of_strikers(self):
+        (self.scratch / "law.csv").write_text("0,0\n1e-3,x\n")
+        options = case(**{**STRUCK, "striker_law": "table", "striker_unloading_stiffness": 1e9,
+                          "striker_table": self.scratch / "law.csv"})
+        self.refuse_case(options, ["-striker_table", "law.csv", "x"])
+
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""
         result = self.struck(striker_restitution=0.5, ts_type="impact", ts_rtol=1e-11)

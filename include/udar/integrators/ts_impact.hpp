@@ -29,7 +29,7 @@ inline constexpr IntegratorType kImpactType{
     .name = kTsImpact,
     .can = {Feature::filtered, Feature::line_contact, Feature::moving_supports, Feature::elastic_supports,
             Feature::elastic_line, Feature::many_points, Feature::mass_damping, Feature::stiffness_damping,
-            Feature::contact_laws, Feature::strikers},
+            Feature::contact_laws, Feature::strikers, Feature::laws_of_strikers},
     .knows = "it knows the filtered beam alone",
     .enroll = register_ts_impact,
     .default_up_to = std::numeric_limits<std::int64_t>::max()};

@@ -137,8 +137,8 @@ std::shared_ptr<const ContactLaw> LawLists::made(MPI_Comm comm, std::size_t supp
     throw InputError{std::string{"option "} + keys_->table + " is needed with " + keys_->law +
                      " table: a file compression [m], force [N]"};
   }
-  const io::Table table =
-      io::read_table(comm, "contact table", table_[support], {.names = {"compression [m]", "force [N]"}});
+  const io::Table table = io::read_table(comm, keys_->quantity + std::string{" table"}, table_[support],
+                                         {.names = {"compression [m]", "force [N]"}});
   require_ascending(keys_->table, table_[support], column(table, 0), "compressions [m]");
   return std::make_shared<LoadingCurve>(LoadingCurve::table(column(table, 0), column(table, 1), unloading_[support]));
 }
