@@ -119,7 +119,7 @@ std::optional<double> expected_contact(const Case& input, const Structure& struc
 
 void print_echo(const Case& input, const FilteredStructure& line, const std::vector<Mode>& modes) {
   const Structure& structure = line.structure();
-  const MassPoints& points = structure.points();
+  const MassPoints& points = structure.elastic().points();  // without what strikes it
   std::ostringstream text;
   text.precision(4);
   if (const BeamChain* beam = structure.chain(); beam != nullptr) {
@@ -169,9 +169,13 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
   text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
   for (const Striker& striker : input.strikers) {
     text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << ' '
-         << words_of(striker.place) << ", " << striker.gap << " m away, at " << striker.velocity << " m/s\n";
+         << words_of(striker.place);
+    if (input.restart.file.empty()) {
+      text << ", " << striker.gap << " m away, at " << striker.velocity << " m/s";
+    }
+    text << '\n';
   }
-  if (const double depth = pressed_at_start(input, points); depth > 0.0) {
+  if (const double depth = pressed_at_start(input, structure.points()); depth > 0.0) {
     text << "contact   from the start: beam and springs of supports overlap by " << depth << " m\n";
   } else if (const auto first = expected_contact(input, structure)) {
     text << "contact   expected at t = " << *first << " s, from the flight of a rigid beam\n";

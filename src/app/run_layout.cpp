@@ -57,6 +57,7 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
                                .side = static_cast<int>(support.side)});
     if (support.striker >= 0) {  // it has no face that stands anywhere
       layout.supports.back().height = std::numeric_limits<double>::quiet_NaN();
+      layout.supports.back().striker = support.striker;
     }
     if (std::ranges::any_of(input.supports, &Support::in_space)) {
       const auto& [x, y, z] = support.normal;

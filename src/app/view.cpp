@@ -44,8 +44,11 @@ void print(MPI_Comm comm, const char* title, const Description& what) {
   UDAR_CALL(PetscPrintf(comm, "%s", text.c_str()));
 }
 
+/// Without what strikes it.
+const MassPoints& own_points(const FilteredStructure& line) { return line.structure().elastic().points(); }
+
 void add_structure(Description& built, const FilteredStructure& line) {
-  const MassPoints& points = line.points();
+  const MassPoints& points = own_points(line);
   int ranks = 1;
   MPI_Comm_size(points.comm(), &ranks);
   built.add("length [m]", rounded(points.extent().length()));
@@ -176,26 +179,20 @@ void add_filter(Description& built, const FilteredStructure& line, bool modal) {
                              : "assembled block form, because the chain recursion cannot carry it: " + reason);
 }
 
-/// @note Collective.
-void add_supports(Description& built, const Case& input, const FilteredStructure& line, const SupportSprings& springs) {
-  if (input.supports.empty()) {
-    return;
-  }
-  const MassPoints& points = line.points();
+/// Which nodes some things touch. @note Collective.
+void add_touched(Description& built, const std::string& things, const MassPoints& points,
+                 const std::vector<PointRows>& touched, double wf) {
   std::vector<double> count;
   std::vector<double> ends;  // the last node, and the first below zero: one reduction finds both
   std::vector<double> stiffness;
-  const double wf = line.filter_frequency();
-  for (const Support& support : input.supports) {
-    const PointRows touched = touched_points(points, support);
+  for (const PointRows& nodes : touched) {
     const double none = -std::numeric_limits<double>::infinity();
-    const bool here = !touched.rows.empty();
-    ends.push_back(here ? static_cast<double>(points.begin()) + static_cast<double>(touched.rows.back().last) - 1.0
+    const bool here = !nodes.rows.empty();
+    ends.push_back(here ? static_cast<double>(points.begin()) + static_cast<double>(nodes.rows.back().last) - 1.0
                         : none);
-    ends.push_back(here ? -static_cast<double>(points.begin()) - static_cast<double>(touched.rows.front().first)
-                        : none);
-    count.push_back(static_cast<double>(touched.count));
-    stiffness.push_back(wf * wf * touched.mass);
+    ends.push_back(here ? -static_cast<double>(points.begin()) - static_cast<double>(nodes.rows.front().first) : none);
+    count.push_back(static_cast<double>(nodes.count));
+    stiffness.push_back(wf * wf * nodes.mass);
   }
   MPI_Allreduce(MPI_IN_PLACE, ends.data(), static_cast<int>(ends.size()), MPI_DOUBLE, MPI_MAX, points.comm());
   std::vector<double> first;
@@ -204,10 +201,31 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
     last.push_back(ends[i]);
     first.push_back(-ends[i + 1]);
   }
-  built.add("supports, nodes", count);
-  built.add("supports, first node", first);
-  built.add("supports, last node", last);
-  built.add("supports, stiffness of filter springs [N/m]", rounded(stiffness));
+  built.add(things + ", nodes", count);
+  built.add(things + ", first node", first);
+  built.add(things + ", last node", last);
+  built.add(things + ", stiffness of filter springs [N/m]", rounded(stiffness));
+}
+
+/// @note Collective.
+void add_supports(Description& built, const Case& input, const FilteredStructure& line, const SupportSprings& springs) {
+  const MassPoints& points = own_points(line);
+  std::vector<PointRows> supports;
+  std::vector<PointRows> strikers;
+  for (const Support& support : input.supports) {
+    if (support.striker < 0) {
+      supports.push_back(touched_points(points, support));
+    } else {
+      const Place& place = input.strikers[static_cast<std::size_t>(support.striker)].place;
+      strikers.push_back(points.single(points.nearest(place)));
+    }
+  }
+  if (!supports.empty()) {
+    add_touched(built, "supports", points, supports, line.filter_frequency());
+  }
+  if (!strikers.empty()) {
+    add_touched(built, "strikers", points, strikers, line.filter_frequency());
+  }
   if (springs.stiffness > 0.0) {
     built.add("supports below, stiffness [N/m]", rounded(springs.stiffness));
     built.add("supports below, drop [m]", rounded(springs.drop));
@@ -254,7 +272,7 @@ void print_view(const Case& input, FilteredStructure& line, const std::vector<Mo
     add_cost(built, line);
   }
   add_supports(built, input, line, springs);
-  add_places(built, input, line.points());
+  add_places(built, input, own_points(line));
   built.add("initial velocity [m/s], of turning [rad/s]",
             rounded({input.initial.velocity, input.initial.angular_velocity}));
   built.add("output", input.output.directory);

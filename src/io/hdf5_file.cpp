@@ -39,13 +39,6 @@ constexpr std::uint64_t kRecordsAtATime = std::uint64_t{1} << 16;
 constexpr hsize_t kIndexBytesPerChunk = 256;
 /// Space for what HDF5 adds by itself when it makes an object or extends one: headers, heaps, tree nodes.
 constexpr std::uint64_t kMetadataBytesPerCall = std::uint64_t{1} << 13;
-/// Open MPI guards a shared file pointer, which nobody uses here, by a semaphore that is named after the file without
-/// its folder. A run that is killed while it opens one leaves it locked, and the first rank of every later run that
-/// opens a file of that name would wait for it for ever. One at work loses no more than its name.
-void drop_semaphore(const std::string& path) {
-  sem_unlink(("/OMPIO_" + std::filesystem::path{path}.filename().string()).c_str());
-}
-
 /// Space always kept behind that, so that nothing in HDF5 ever meets the end of the disk.
 constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 /// How long what was written may wait for the disk: flushing after each of the rows that a small run writes in
@@ -53,6 +46,13 @@ constexpr std::uint64_t kMetadataBytes = std::uint64_t{1} << 16;
 constexpr std::chrono::seconds kFlushInterval{1};
 /// How long a rank whose HDF5 call failed waits for the others to come out of theirs before they count as stuck.
 constexpr std::chrono::seconds kLongestWait{60};
+
+/// Open MPI guards a shared file pointer, which nobody uses here, by a semaphore that is named after the file without
+/// its folder. A run that is killed while it opens one leaves it locked, and the first rank of every later run that
+/// opens a file of that name would wait for it for ever. One at work loses no more than its name.
+void drop_semaphore(const std::string& path) {
+  sem_unlink(("/OMPIO_" + std::filesystem::path{path}.filename().string()).c_str());
+}
 
 herr_t keep_innermost(unsigned position, const H5E_error2_t* error, void* text) {
   if (position == 0 && error->desc != nullptr) {

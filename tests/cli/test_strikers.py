@@ -4,6 +4,7 @@
 
 import os
 import pathlib
+import re
 import subprocess
 import unittest
 
@@ -81,19 +82,6 @@ class Strikers(UdarTest):
         self.assertGreater(np.abs(along).max(), 0.01)
         self.assertGreater(len(beam.csv("impacts.csv")["time"]), 3)
 
-    @unittest.skipIf(RANKS > 1, "once")
-    def test_nothing_else_touches_its_node(self):
-        """A plane beside a node that is struck would rub the centre of mass of both."""
-        path = self.scratch / "beam.yaml"
-        path.write_text(MEMBER)
-        options = case(**{**STRUCK, "structure_type": "network", "network_file": path, "support_position": 5,
-                          "support_height": -1, "support_friction": 0.3, "ts_type": "rk"})
-        options = {key: value for key, value in options.items() if not key.startswith("beam_")}
-        for normal in ("0,0,1", "1,0,0", "0,1,0"):
-            self.refuse_case({**options, "support_normal": normal}, ["-striker_position", "no support", "x = 5"])
-        away = self.run_case({**options, "support_normal": "0,0,1", "support_position": 2, "ts_max_time": 0.02})
-        self.assertEqual(away.code, 0)
-
     def test_placed_where_a_network_stands_up(self):
         """By three numbers and by a junction's name, on a beam 3 m up, as by x on one that lies at y = 0."""
         path, split = self.scratch / "beam.yaml", self.scratch / "split.yaml"
@@ -114,6 +102,26 @@ class Strikers(UdarTest):
         far = self.struck("far", network_file=path, **high, striker_place="5,4,0")
         self.assertIn("striker 0 at (5, 4, 0) m is taken to the nearest node, at (5, 3, 0) m", far.err + far.out)
 
+    @unittest.skipIf(RANKS > 1, "once")
+    def test_nothing_else_touches_its_node(self):
+        """A plane beside a node that is struck would rub the centre of mass of both."""
+        path = self.scratch / "beam.yaml"
+        path.write_text(MEMBER)
+        options = case(**{**STRUCK, "structure_type": "network", "network_file": path, "support_position": 5,
+                          "support_height": -1, "support_friction": 0.3, "ts_type": "rk"})
+        options = {key: value for key, value in options.items() if not key.startswith("beam_")}
+        for normal in ("0,0,1", "1,0,0", "0,1,0"):
+            self.refuse_case({**options, "support_normal": normal}, ["-striker_position", "no support", "x = 5"])
+        away = self.run_case({**options, "support_normal": "0,0,1", "support_position": 2, "ts_max_time": 0.02})
+        self.assertEqual(away.code, 0)
+
+    @unittest.skipIf(RANKS > 1, "once")
+    def test_errors_name_keys_of_strikers(self):
+        (self.scratch / "law.csv").write_text("0,0\n1e-3,x\n")
+        options = case(**{**STRUCK, "striker_law": "table", "striker_unloading_stiffness": 1e9,
+                          "striker_table": self.scratch / "law.csv"})
+        self.refuse_case(options, ["-striker_table", "law.csv", "x"])
+
     def test_untouched_beam_stays_where_it_is(self):
         """What is told of the beam is told without what strikes it."""
         away = self.struck(beam_left_end=None, beam_right_end=None, striker_velocity=0, ts_max_time=0.02)
@@ -132,12 +140,16 @@ class Strikers(UdarTest):
         self.assertIn("members condensed to junctions", network.out)
         self.assertIn("nodes of a rank, most over mean", network.out)
 
-    @unittest.skipIf(RANKS > 1, "once")
-    def test_errors_name_keys_of_strikers(self):
-        (self.scratch / "law.csv").write_text("0,0\n1e-3,x\n")
-        options = case(**{**STRUCK, "striker_law": "table", "striker_unloading_stiffness": 1e9,
-                          "striker_table": self.scratch / "law.csv"})
-        self.refuse_case(options, ["-striker_table", "law.csv", "x"])
+    def test_the_view_tells_strikers_from_supports(self):
+        seen = self.struck("seen", ts_max_time=0.02, udar_view=True)
+        said = dict(re.findall(r"(?m)^  (\S.*?)  +(\S.*)$", seen.out))
+        self.assertEqual(said["strikers, first node"], "10")
+        self.assertEqual(said["strikers, last node"], "10")
+        self.assertNotIn("supports, nodes", said)
+        self.assertEqual(said["nodes"], "21")
+        self.assertEqual(said["mass [kg]"], "2466.15")
+        file = datasets(seen.file("results.h5"))
+        np.testing.assert_array_equal(file["support_striker"], [0])
 
     def test_what_files_say(self):
         """Rows of nodes are the beam's own; what was given to the striker is what its support says."""

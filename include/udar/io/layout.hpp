@@ -39,11 +39,12 @@ struct ScaledPeak {
 struct RunLayout {
   /// @brief One support, or the floor.
   struct Support {
-    double position = 0.0;     ///< centre along the beam [m]
-    double width = 0.0;        ///< along the beam [m]; 0 for a point support
-    double height = 0.0;       ///< of the contact face [m], y up; of a field the highest
-    double restitution = 0.0;  ///< between 0 and 1
-    int side = 1;              ///< +1 below the beam, -1 above
+    double position = 0.0;      ///< centre along the beam [m]
+    double width = 0.0;         ///< along the beam [m]; 0 for a point support
+    double height = 0.0;        ///< of the contact face [m], y up; of a field the highest
+    double restitution = 0.0;   ///< between 0 and 1
+    int side = 1;               ///< +1 below the beam, -1 above
+    std::int64_t striker = -1;  ///< which striker's face it is; -1: of none
     /// Of a support in space: normal x, y, z [-], what it touches from and to along y, then along z [m]; else empty.
     std::vector<double> space{};
     std::shared_ptr<const HeightGrid> field = nullptr;  ///< heights over `base`; null: none

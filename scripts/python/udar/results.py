@@ -161,6 +161,7 @@ def read_box(file, number, low, high):
 
 def read_supports(file, x):
     columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
+    strikers = np.atleast_1d(file["support_striker"][()]) if "support_striker" in file else np.full(len(columns[0]), -1)
     ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
     supports = []
     normals = (np.column_stack([file[f"support_normal_{axis}"][()] for axis in "xyz"])
@@ -182,8 +183,8 @@ def read_supports(file, x):
             supports.append(Support(f"support {number}, plane", low, high, position, height, side, False,
                                     np.array([low, high]), np.full(2, height), normals[number], box))
             continue
-        if np.isnan(height):
-            striker = sum(support.striker is not None for support in supports)
+        if strikers[number] >= 0:
+            striker = int(strikers[number])
             supports.append(Support(f"striker {striker}, x = {with_unit(position, 'm')}", low, high, position, height,
                                     side, False, np.array([position]), np.full(1, height), box=box, striker=striker))
             continue
