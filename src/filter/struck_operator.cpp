@@ -49,7 +49,7 @@ const double* StruckColumns::displacement(const double* values, std::size_t colu
   }
   copy(values, column, displacement_);
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    displacement_[column][centre] -= strike.share * strike.side * values[gap];
+    displacement_[column][centre] = strike.node_of(values[centre], values[gap]);
   });
   return displacement_[column].data();
 }
@@ -60,7 +60,7 @@ const double* StruckColumns::force(const double* values, std::size_t column) {
   }
   copy(values, column, force_);
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    force_[column][centre] = (1.0 - strike.share) * values[centre] - strike.side * values[gap];
+    force_[column][centre] = strike.force_on_node(values[centre], values[gap]);
   });
   return force_[column].data();
 }
@@ -74,17 +74,17 @@ FilterColumn StruckColumns::of_structure(FilterColumn column, std::size_t index)
 void StruckColumns::complete(const double* force, double* stretch) const {
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
     const double mass = strike.share * points_->mass()[centre];
-    const double on_striker = force != nullptr ? strike.share * force[centre] + strike.side * force[gap] : 0.0;
+    const double on_striker = force != nullptr ? strike.force_on_striker(force[centre], force[gap]) : 0.0;
     const double of_striker = on_striker / (shift2_ * mass);
     const double of_node = stretch[centre];
-    stretch[centre] = (1.0 - strike.share) * of_node + strike.share * of_striker;
-    stretch[gap] = strike.side * (of_striker - of_node);
+    stretch[centre] = strike.centre_of(of_node, of_striker);
+    stretch[gap] = strike.gap_of(of_node, of_striker);
   });
 }
 
 void StruckColumns::reduce(double* stretch) const {
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    stretch[centre] -= strike.share * strike.side * stretch[gap];
+    stretch[centre] = strike.node_of(stretch[centre], stretch[gap]);
   });
 }
 

@@ -90,9 +90,9 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
                                                                          : dot(along, velocity);
   }
   each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {
-    const double speed = strike.side * (strike.velocity - masses.velocity[both]);  // of the gap
-    masses.position[both] += strike.share * strike.side * strike.start;
-    masses.velocity[both] += strike.share * strike.side * speed;
+    const double speed = strike.gap_of(masses.velocity[both], strike.velocity);
+    masses.position[both] -= strike.gap_in_node() * strike.start;
+    masses.velocity[both] -= strike.gap_in_node() * speed;
     masses.position[gap] = strike.start;
     masses.velocity[gap] = speed;
   });

@@ -55,7 +55,7 @@ struct Way {
     each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
       if (centre == point) {
         pattern.point.push_back(gap);
-        pattern.share.push_back(-share * strike.share * strike.side);
+        pattern.share.push_back(share * strike.gap_in_node());
       }
     });
   }

@@ -133,8 +133,7 @@ class StruckPoints final : public MassPoints {
   [[nodiscard]] std::vector<PointShare> height_of(PetscInt point) const override {
     for (const Strike& strike : strikes_) {
       if (strike.gap == point) {  // of its striker
-        return {{.point = strike.centre, .share = 1.0},
-                {.point = strike.gap, .share = (1.0 - strike.share) * strike.side}};
+        return {{.point = strike.centre, .share = 1.0}, {.point = strike.gap, .share = strike.gap_in_striker()}};
       }
     }
     const auto after = std::ranges::upper_bound(begins_, point) - begins_.begin() - 1;
@@ -197,7 +196,7 @@ class StruckPoints final : public MassPoints {
       shares[i].point = moved(shares[i].point);
       for (const Strike& strike : strikes_) {
         if (strike.centre == shares[i].point) {
-          shares.push_back({.point = strike.gap, .share = -shares[i].share * strike.share * strike.side});
+          shares.push_back({.point = strike.gap, .share = shares[i].share * strike.gap_in_node()});
         }
       }
     }
@@ -242,7 +241,7 @@ StruckStructure::StruckStructure(std::unique_ptr<const Structure> structure, con
 
 void centres_to_nodes(const MassPoints& points, std::span<double> values) {
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    values[centre] -= strike.share * strike.side * values[gap];
+    values[centre] = strike.node_of(values[centre], values[gap]);
   });
 }
 

@@ -24,7 +24,7 @@ namespace {
 double striking_energy(const MassPoints& points, std::span<const double> velocity) {
   double energy = 0.0;
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    const double speed = velocity[centre] + (1.0 - strike.share) * strike.side * velocity[gap];
+    const double speed = strike.striker_of(velocity[centre], velocity[gap]);
     energy += 0.5 * strike.share * points.mass()[centre] * speed * speed;
   });
   return energy;

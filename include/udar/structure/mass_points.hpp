@@ -63,6 +63,7 @@ struct NodeFrame {
 };
 
 /// @brief A node and the mass that strikes it, whose unknowns are their centre of mass and the gap between them.
+/// Source: docs/theory.md, "Strikers"
 struct Strike {
   PetscInt centre = 0;      ///< global point, the structure's own
   PetscInt gap = 0;         ///< global point, on the same rank
@@ -71,6 +72,31 @@ struct Strike {
   double share = 0.0;       ///< of the mass of both that is the striker's [-]
   double start = 0.0;       ///< gap at the start [m]
   double velocity = 0.0;    ///< of the striker at the start [m/s], y up
+
+  /// @name The change of unknowns, of heights, velocities and stretches alike
+  /// @{
+  [[nodiscard]] double gap_in_node() const noexcept { return -share * side; }            ///< beside a whole centre
+  [[nodiscard]] double gap_in_striker() const noexcept { return (1.0 - share) * side; }  ///< the same
+  [[nodiscard]] double node_of(double of_centre, double of_gap) const noexcept {
+    return of_centre + gap_in_node() * of_gap;
+  }
+  [[nodiscard]] double striker_of(double of_centre, double of_gap) const noexcept {
+    return of_centre + gap_in_striker() * of_gap;
+  }
+  [[nodiscard]] double gap_of(double node, double of_striker) const noexcept { return side * (of_striker - node); }
+  [[nodiscard]] double centre_of(double node, double of_striker) const noexcept {
+    return (1.0 - share) * node + share * of_striker;
+  }
+  /// @}
+  /// @name Forces, by the transposed
+  /// @{
+  [[nodiscard]] double force_on_node(double on_centre, double on_gap) const noexcept {
+    return (1.0 - share) * on_centre - side * on_gap;
+  }
+  [[nodiscard]] double force_on_striker(double on_centre, double on_gap) const noexcept {
+    return share * on_centre + side * on_gap;
+  }
+  /// @}
 };
 
 /// @brief From the leftmost point to the rightmost, along x [m].
