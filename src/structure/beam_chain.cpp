@@ -54,6 +54,7 @@ BeamChain::BeamChain(MPI_Comm comm, BeamParameters parameters) : comm_{comm}, pa
     }
     after_gap = segment.is_gap();
     require(segment.shear_stiffness > 0.0, "shear stiffness kGA must be > 0 [N]");
+    require(segment.yield_moment > 0.0, "yield moment must be > 0 [N m]");
     require(segment.foundation_stiffness >= 0.0 && std::isfinite(segment.foundation_stiffness),
             "foundation stiffness must be >= 0 [N/m^2]");
     constexpr PetscInt kMost = std::numeric_limits<PetscInt>::max() / 2 - 1;

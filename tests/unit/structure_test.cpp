@@ -55,6 +55,40 @@ TEST(BeamChain, LumpsHalfOfEachElementAndPointMasses) {
   EXPECT_NEAR(sum, beam.total_mass(), 1e-9);
 }
 
+TEST(BeamChain, YieldsWhereItHasAMomentByTheWeakerSide) {
+  BeamParameters parameters = two_segments();
+  EXPECT_FALSE(parameters.yields());
+  parameters.segments[0].yield_moment = 5e3;
+  parameters.segments[1].yield_moment = 8e3;
+  parameters.left = test::kPinned;
+  parameters.plasticity.tangent_ratio = 0.2;
+  const BeamChain beam{PETSC_COMM_WORLD, parameters};
+  const std::vector<PlasticHinge> hinges = beam.plastic_hinges();
+  ASSERT_EQ(hinges.size(), 11U) << "all nodes but the pinned and the free end";
+  EXPECT_EQ(hinges[0].node, 1);
+  EXPECT_EQ(hinges[3].node, 4);
+  EXPECT_EQ(hinges[3].moment, 5e3);
+  EXPECT_EQ(hinges[4].moment, 8e3);
+  const double give = 0.5 * (2.5 / parameters.segments[0].bending_stiffness + 0.25 / 1e6);
+  EXPECT_DOUBLE_EQ(hinges[3].hardening, 0.25 / give);
+}
+
+TEST(BeamChain, HasHingesAtThePlacesThatAreGiven) {
+  BeamParameters parameters = two_segments();
+  parameters.segments[0].yield_moment = 5e3;
+  parameters.plasticity.places = {{.position = 7.4, .hardening = 3.0}, {.position = 2.6, .hardening = 0.0}};
+  const std::vector<PlasticHinge> hinges = BeamChain{PETSC_COMM_WORLD, parameters}.plastic_hinges();
+  ASSERT_EQ(hinges.size(), 2U);
+  EXPECT_EQ(hinges[0].node, 1);
+  EXPECT_EQ(hinges[1].node, 3);
+  EXPECT_EQ(hinges[1].hardening, 3.0);
+  for (const double wrong : {0.0, 11.0, 13.0, 2.4}) {  // a free end, where nothing yields, beyond, a node taken
+    parameters.plasticity.places = {{.position = 2.6, .hardening = 0.0}, {.position = wrong, .hardening = 0.0}};
+    const BeamChain beam{PETSC_COMM_WORLD, parameters};
+    EXPECT_THROW(static_cast<void>(beam.plastic_hinges()), InputError) << wrong;
+  }
+}
+
 double mass_of(const BeamChain& beam, BeamChain::NodeRange nodes) {
   double sum = 0.0;
   for (PetscInt node = nodes.first; node <= nodes.last; ++node) {
