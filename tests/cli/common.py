@@ -11,6 +11,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -26,6 +27,10 @@ ENVIRONMENT = {
     **dict(EXPORTS),
     "LC_ALL": "C",
 }
+
+sys.path.insert(0, str(ROOT / "scripts" / "python"))
+
+from udar import compare_cli, comparing  # noqa: E402, its settings are none of ENVIRONMENT
 
 # What a program without mpiexec needs in its environment, from where the C++ tests have it, too.
 ALONE = dict(re.findall(r"^export (\w+)=(.*)$", (ROOT / "tests" / "support" / "alone.sh").read_text(), re.MULTILINE))
@@ -179,6 +184,14 @@ class UdarTest(unittest.TestCase):
         self.assertEqual(len(refused.errors), 1, refused)
         for word in words:
             self.assertIn(word, refused.errors[0])
+
+    def assert_same_curves(self, expected, found, *names, tolerance=0.0, **absolute):
+        """Expects these curves of two runs, or those of all gauges, at the same times and within a tolerance: relative
+        to their ranges, or absolute for all of them, by unit."""
+        folders = [getattr(part, "directory", part) for part in (expected, found)]
+        names = names or [name for name in read_csv(folders[0] / "gauges.csv") if name != "time"]
+        compared = comparing.compare(*folders, tolerance, absolute, dict(zip(names, names)))
+        self.assertTrue(compared.same_times and compared.within, "\n".join(["", *compare_cli.page(compared)]))
 
     def interrupt(self, process, after, timeout=60):
         """Sends SIGINT after some seconds and waits for the end."""

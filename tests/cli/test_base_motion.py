@@ -72,10 +72,8 @@ class BaseMotion(UdarTest):
         modal = self.shaken("modal", **whole, filter_frequency=None, ts_type="modal", modal_modes=8,
                             modal_estimate="no", modal_retardation=0)
         filtered = self.shaken("filtered", **whole, filter_frequency=30000)
-        for name in ("mass_0", "mass_1", "absolute_mass_1"):
-            curve = filtered.csv("gauges.csv")[name]
-            np.testing.assert_allclose(modal.csv("gauges.csv")[name], curve, rtol=0, atol=1e-4 * np.abs(curve).max(),
-                                       err_msg=name)
+        # 1e-4 of the size of a curve, of which its range is twice at most.
+        self.assert_same_curves(filtered, modal, "mass_0", "mass_1", "absolute_mass_1", tolerance=0.5e-4)
 
     def test_of_imported_matrices_is_that_of_their_beam(self):
         options = {"beam_left_end": "clamped", "beam_formulation": "hermite", "gauge_position": "5,10"}
@@ -83,8 +81,7 @@ class BaseMotion(UdarTest):
         files = {f"structure_{part}": self.scratch / f"beam-{part}.mtx" for part in ("stiffness", "mass")}
         files["structure_points"] = self.scratch / "beam-points.csv"
         again = self.shaken("import", structure_type="import", gauge_position="5,10", **files)
-        for name, curve in beam.csv("gauges.csv").items():
-            np.testing.assert_allclose(again.csv("gauges.csv")[name], curve, rtol=0, atol=1e-8, err_msg=name)
+        self.assert_same_curves(beam, again, **{"m": 1e-8, "m/s": 1e-8})
 
     def test_of_a_record_leaves_a_free_beam_where_it_is(self):
         """In absolute places, by whatever integrator, and however long the record is."""

@@ -326,7 +326,7 @@ def compare(first: Path, second: Path, tolerance: float = 0.01,
     for name, one, other in pairs:
         if not len(one.time) or not len(other.time):
             raise UserError(f"{second if len(one.time) else first}: no rows of {name} yet")
-    energies = max([range_of(one.values) for name, one, _ in pairs if name in ENERGIES], default=0.0)
+    energies = max(range_of(curves[0][name].values) for name in ENERGIES)
     times = pairs[0][1].time, pairs[0][2].time
     common = common_times(*times)
     result = Comparison(
