@@ -131,6 +131,7 @@ class Compare(UdarTest):
         self.assertAlmostEqual(found["begin"], 0.1)
         self.assertAlmostEqual(found["end"], 0.6)
         self.assertLess(found["curves"][0]["largest"], 1e-14)
+        self.assertRegex(self.compare("one", same, *columns, code=0), "line_2 +m ")  # a few are listed if within, too
         shifted = write_csv(self.scratch / "shifted.csv", {"t": time + 0.01, "deflection": line})
         found = self.compare("one", shifted, *columns, "--json", code=1)["curves"][0]
         speed = np.abs(np.gradient(self.gauges["line_2"], self.gauges["time"])).max()

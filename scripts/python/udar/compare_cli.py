@@ -49,7 +49,8 @@ def parse(arguments):
     parser.add_argument("--columns", metavar="A=B,...", type=columns_of,
                         help="compare curve A of the first with B of the second, and nothing but these; of a CSV file "
                              "time=B names the column of times")
-    parser.add_argument("--all", action="store_true", help="list what is within the tolerance, too")
+    parser.add_argument("--all", action="store_true",
+                        help="list what is within the tolerance, too; a few curves always are")
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
     return parser.parse_args(arguments)
 
@@ -100,7 +101,8 @@ def page(result, everything=False):
                  f"{grid}, {result.begin:g} to {result.end:g} s")
     lines += listed(("column", "unit", "largest", "at [s]", "rms", "of range", "apart from [s]"), result.curves,
                     lambda curve: (curve.name, curve.unit, number(curve.largest), number(curve.time),
-                                   number(curve.rms), share(curve.relative), number(curve.apart_from)), everything)
+                                   number(curve.rms), share(curve.relative), number(curve.apart_from)),
+                    everything or len(result.curves) <= MOST_ROWS)
     for which, names in (("first", result.only_first), ("second", result.only_second)):
         shown = ", ".join(names[:MOST_ROWS]) + (f" and {len(names) - MOST_ROWS} more" if len(names) > MOST_ROWS else "")
         lines += [f"  only in the {which}: {shown}"] if names else []
