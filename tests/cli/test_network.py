@@ -414,7 +414,7 @@ class Refusals(NetworkTest):
              {"network_grillage": "3,3", "striker_junction": "9 9 9", "striker_mass": 1}),
             (["-striker_place", "three", "striker"],
              {"network_grillage": "3,3", "striker_place": "1,2", "striker_mass": 1}),
-            (["-striker_place: 9,1,0", "from 0 to 2"],
+            (["-striker_place", "9", "from 0 to 2"],
              {"network_grillage": "3,3", "striker_place": "9,1,0", "striker_mass": 1}),
             (["-network_*", "network"], {"structure_type": "beam", "network_grillage": "3,3"}),
             (["-network_*", "network"], {"structure_type": "beam", "network_partition": "metis"}),

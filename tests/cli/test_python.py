@@ -146,7 +146,8 @@ class Starts(QuietTest):
 
     def test_a_run_that_hangs_is_ended(self):
         with self.assertRaises(udar.RunError) as failed:
-            udar.run(OPTIONS, timeout=0.5, ts_max_time=1e6, filter_frequency=1000, output_interval=10)
+            udar.run(OPTIONS, timeout=0.5, ts_max_time=1e6, filter_frequency=1000, output_interval=10,
+                     output_field_interval=0)
         self.assertIn("no end after 0.5 s", failed.exception.message)
 
     def test_a_stopped_run_goes_on(self):
