@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "structure/place_algebra.hpp"
@@ -72,6 +73,10 @@ std::optional<std::array<Place, 3>> node_axes(std::span<const FacedPlane> planes
   }
   if (normals.size() == 1) {
     normals.push_back(across(normals[0]));
+  }
+  // Axes are right-handed: a third plane that looks against theirs changes places with the second.
+  if (normals.size() == 3 && dot(cross(normals[1], normals[0]), normals[2]) < 0.0) {
+    std::swap(normals[1], normals[2]);
   }
   return std::array{normals[1], normals[0], cross(normals[1], normals[0])};
 }

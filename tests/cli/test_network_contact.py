@@ -118,6 +118,19 @@ class Turned(NetworkContactTest):
                   1e-7)
 
     def test_a_wall_that_moves(self):
+    def test_a_corner_of_three_planes_in_any_order(self):
+        rotation = self.ROTATIONS["oblique"]
+        normals, heights = rotation.T, np.array([-0.01, -0.02, -0.015])  # of faces turned from x, y, z
+        runs = []
+        for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1]):
+            given = {"support_position": "0,0,0", "support_normal": listed(normals[order]),
+                     "support_height": listed(heights[order]), "ts_type": "impact", "ts_max_time": 0.015}
+            found = self.fly("".join(map(str, order)), frame(rotation), rotation @ (-1.5, -2.0, -1.8), **given)
+            runs.append(np.array(found.summary()["support_impulse"])[np.argsort(order)])
+        self.assertGreater(np.abs(runs[0]).min(), 20.0)
+        for other in runs[1:]:
+            np.testing.assert_allclose(other, runs[0], rtol=1e-8)
+
         table = self.scratch / "motion.csv"
         table.write_text("time,height\n0,0\n0.01,0.005\n0.03,0.03\n1,0.03\n")
         options = {"support_height": -0.01, "support_motion": table, "ts_type": "impact"}
