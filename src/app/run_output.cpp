@@ -42,6 +42,9 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
   if (std::ranges::any_of(input.supports, [](const Support& support) { return support.field != nullptr; })) {
     field_errors_ = add(std::make_unique<FieldErrors>(line.points(), input));
   }
+  if (EdgeErrors::needed(input)) {
+    edge_errors_ = add(std::make_unique<EdgeErrors>(line.points(), input));
+  }
   if (input.output.monitor_interval > 0.0) {
     add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval, input.strikers.size()));
   } else if (input.output.page != PageForm::json) {

@@ -8,6 +8,7 @@
 
 #include "app/body_motion.hpp"
 #include "app/checkpoint_writer.hpp"
+#include "app/edge_errors.hpp"
 #include "app/field_errors.hpp"
 #include "app/support_contacts.hpp"
 #include "udar/app/case.hpp"
@@ -35,6 +36,8 @@ class RunOutput {
   [[nodiscard]] const SupportContacts& support_contacts() const noexcept { return *support_contacts_; }
   /// Null without height fields.
   [[nodiscard]] const FieldErrors* field_errors() const noexcept { return field_errors_; }
+  /// Null where no support has edges that a mass can leave.
+  [[nodiscard]] const EdgeErrors* edge_errors() const noexcept { return edge_errors_; }
 
  private:
   CheckpointWriter checkpoint_;
@@ -45,6 +48,7 @@ class RunOutput {
   const BodyMotion* body_motion_ = nullptr;
   const SupportContacts* support_contacts_ = nullptr;
   const FieldErrors* field_errors_ = nullptr;
+  const EdgeErrors* edge_errors_ = nullptr;
 };
 
 }  // namespace udar::app

@@ -22,11 +22,12 @@
 namespace udar::app {
 namespace {
 
-// A plane that is off its height field by more than this share of the motion's scale is worth a warning.
-constexpr double kFieldShare = 1e-2;
+// Masses that touch what is off, or is no longer there, by more than this share of the motion's scale are worth a
+// warning.
+constexpr double kShareOff = 1e-2;
 
 double field_tolerance(const Case& input, const ImpactDynamics& dynamics) {
-  return input.field_tolerance > 0.0 ? input.field_tolerance : kFieldShare * dynamics.motion_length();
+  return input.field_tolerance > 0.0 ? input.field_tolerance : kShareOff * dynamics.motion_length();
 }
 
 void warn_of_yielding(MPI_Comm comm, const io::Peaks& peaks) {
@@ -165,6 +166,9 @@ io::Summary summarise(const Case& input, FilteredStructure& line, const ImpactDy
   }
   if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {
     warn_of_field(line.points(), *errors, field_tolerance(input, dynamics));
+  }
+  if (const EdgeErrors* errors = output.edge_errors(); errors != nullptr) {
+    warn_of_edges(line.points(), *errors, kShareOff * dynamics.motion_length());
   }
   io::Summary summary = gather_summary(input, line, dynamics, output);
   for (const Mode& mode : marks.modes) {

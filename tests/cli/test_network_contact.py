@@ -2,6 +2,7 @@
 # ranks: 1; size: medium
 """Networks against planes of any direction: walls, inclines, corners, pads; and how they start in space."""
 
+import re
 import unittest
 
 import h5py
@@ -357,6 +358,29 @@ class Boxes(NetworkContactTest):
 
     def test_refusals(self):
         path = self.scratch / "frame.yaml"
+    def test_who_touches_from_beyond_an_edge_is_told(self):
+        grillage = {**FLIGHT, "network_grillage": "3,3", "network_elements": 2, "ts_type": "chebyshev",
+                    "ts_max_time": 0.06}
+        pad = {**grillage, "support_position": 1, "support_width": 0.2, "support_height": -0.05, "initial_velocity": -1}
+        box = {**grillage, "support_position": None, "support_width": None, "support_box": "2.1,3,-0.5,0.3,-1,3",
+               "initial_velocity_x": 2}
+        for name, options, beyond in (
+            ("pad", {**pad, "initial_velocity_x": 10}, 0.45),
+            ("box", {**box, "initial_height": 1}, 0.7),
+            ("over the pad", pad, None),
+            ("beside the box", box, None),
+        ):
+            with self.subTest(name):
+                found = self.run_case(options, name=name)
+                self.assertGreater(found.summary()["impacts"], 0)
+                warned = [text for text in found.summary()["warnings"] if "beyond its edges" in text]
+                if beyond is None:
+                    self.assertEqual(warned, [])
+                    continue
+                (warning,) = warned
+                off = float(re.search(r"m, by ([0-9.]+) m at t = ", warning).group(1))
+                self.assertAlmostEqual(off, beyond, delta=0.06)
+
         path.write_text(frame(np.eye(3)))
         case = {**FLIGHT, "support_position": None, "support_width": None, "network_file": path}
         for words, changes in (
