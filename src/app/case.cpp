@@ -71,6 +71,15 @@ void check_gauges(const CaseInput& input) {
   }
 }
 
+/// What is of beams alone.
+void check_weighting(const CaseInput& input) {
+  if (!input.structure.beam() && input.contact.tributary) {
+    throw InputError{
+        "option -support_weighting: tributary is not allowed but with a beam, expected inclusive, or none: masses of "
+        "other structures are what their nodes have"};
+  }
+}
+
 /// What goes without filter.
 void check_unfiltered(const CaseInput& input) {
   if (input.filter.modal && input.structure.imported) {
@@ -241,6 +250,7 @@ CaseInput read_case(MPI_Comm comm) {
   std::ranges::move(faces, std::back_inserter(input.contact.supports));
   input.output = read_output(comm, input.structure);
   check_gauges(input);
+  check_weighting(input);
   check_space(input);
   check_axles(input);
   check_pivot(input);

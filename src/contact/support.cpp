@@ -58,6 +58,28 @@ double height_at(const MassPoints& points, const Support& support, std::size_t p
   return support.height_at(place.x) - across;
 }
 
+void require_touched(const Support& support, std::size_t index, const PointRows& touched) {
+  const auto bounded = [](const Extent& extent) { return std::isfinite(extent.length()); };
+  if (touched.count > 0) {
+    return;
+  }
+  if (support.boxed() || (!bounded(support.y) && !bounded(support.z))) {
+    require(false, "support width", support.width,
+            "0 (the nearest node) or wide enough to hold a node; no node that moves along its normal lies within this "
+            "support [m]");
+  }
+  const bool along_z = bounded(support.z);
+  std::ostringstream expected;
+  expected << "a place with nodes for support " << index << ": none that moves along its normal lies within ";
+  if (support.width > 0.0) {
+    expected << "x from " << support.from() << " to " << support.to() << ", ";
+  }
+  expected << "y from " << support.y.from << " to " << support.y.to << ", z from " << support.z.from << " to "
+           << support.z.to << " [m]";
+  require(false, along_z ? "support z position" : "support y position", (along_z ? support.z : support.y).middle(),
+          expected.str());
+}
+
 bool overlap(const PointRows& left, const PointRows& right) {
   return std::ranges::any_of(left.rows, [&](const PointRows::Row& own) {
     return std::ranges::any_of(
@@ -175,9 +197,7 @@ Contacts find_contacts(const MassPoints& points, std::vector<Support> supports) 
   for (const Support& support : supports) {
     require_sound(points, support);
     touched.push_back(touched_points(points, support));
-    require(touched.back().count > 0, "support width", support.width,
-            "0 (the nearest node) or wide enough to hold a node; no node that moves along its normal lies within this "
-            "support [m]");
+    require_touched(support, touched.size() - 1, touched.back());
     require(support.stiffness > 0.0, "support stiffness", support.stiffness, "a number > 0 or inf [N/m]");
     require(support.damping >= 0.0 && std::isfinite(support.damping), "support damping", support.damping,
             "a number >= 0 [N s/m]");

@@ -96,6 +96,7 @@ struct ContactInput {
   std::vector<Support> supports;        ///< the floor or ground, if any, is the last but for faces of strikers
   std::vector<Striker> strikers;        ///< whose faces are the last supports
   bool faces_in_space = false;          ///< some normal, or place along y or z, was given
+  bool tributary = false;               ///< `mass_patches` were asked for
   double field_tolerance = 0.0;         ///< see `Case`
   std::vector<MassPatch> mass_patches;  ///< parts of the beam whose nodes carry the mass of a support's width
   ContactParameters contact;

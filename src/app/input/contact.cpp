@@ -127,10 +127,10 @@ class SupportLists {
     position_.read(group, "m", petsc::any(), "centres of the rigid supports");
     width_.read(group, "m", petsc::non_negative_or_infinite(),
                 "width along x; 0: the nearest node alone; inf: all of it");
-    group.choice<Weighting>(
-        "-support_weighting", weighting_, kWeightings,
-        "what the nodes within a width carry: tributary, together the mass of the width at any mesh, "
-        "or inclusive, each its whole lumped mass, edges included");
+    weighting_.given = group.choice<Weighting>(
+        "-support_weighting", weighting_.value, kWeightings,
+        "what the nodes of a beam within a width carry: tributary, together the mass of the width at any mesh, "
+        "or inclusive, each its whole lumped mass, edges included; those of other structures do the latter");
     height_.read(group, "m", petsc::any(), "height of the contact face above y = 0");
     side_given_ =
         group.choices<SupportSide>("-support_side", side_, kSides, "on which side of the beam the support stands");
@@ -239,7 +239,8 @@ class SupportLists {
   }
   [[nodiscard]] const NumberList& restitution() const noexcept { return restitution_; }
   [[nodiscard]] const NumberList& yield_speed() const noexcept { return yield_speed_; }
-  [[nodiscard]] bool tributary() const noexcept { return weighting_ == Weighting::tributary; }
+  [[nodiscard]] bool tributary() const noexcept { return weighting_.value == Weighting::tributary; }
+  [[nodiscard]] bool tributary_given() const noexcept { return weighting_.given && tributary(); }
   /// Restitution, friction and yield speed of an entry: supports, boxes, ground.
   [[nodiscard]] Support law(std::size_t i) const {
     Support support{.restitution = restitution_[i], .yield_speed = yield_speed_[i]};
@@ -302,7 +303,10 @@ class SupportLists {
 
   NumberList position_{"-support_position"};
   NumberList width_{"-support_width", {0.0}};
-  Weighting weighting_ = Weighting::tributary;
+  struct {
+    Weighting value = Weighting::tributary;
+    bool given = false;
+  } weighting_;
   NumberList height_{"-support_height", {0.0}};
   std::vector<SupportSide> side_{SupportSide::below};
   bool side_given_ = false;
@@ -371,6 +375,7 @@ ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>&
   LawLists laws{kLawsOfSupports};
   laws.read(group);
   input.faces_in_space = lists.in_space();
+  input.tributary = lists.tributary_given();
   lists.settle(ground.any());
   laws.settle(lists.count());
   if (input.contact.surface == ContactSurface::line) {

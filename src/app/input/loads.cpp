@@ -54,7 +54,7 @@ class LoadPlaces {
       loads.push_back(at({.x = place_[i], .y = place_[i + 1], .z = place_[i + 2]}));
     }
     for (const std::string& name : junction_) {
-      loads.push_back(at(junction(network, name)));
+      loads.push_back(at(junction_place("-load_junction", name, network)));
     }
     set_directions(loads);
     return loads;
@@ -63,16 +63,6 @@ class LoadPlaces {
  private:
   [[nodiscard]] static NodalLoad at(const Place& place) {
     return {.position = place.x, .width = 0.0, .table = nullptr, .breadth = 0.0, .y = place.y, .z = place.z};
-  }
-  [[nodiscard]] static Place junction(const std::optional<NetworkParameters>& network, const std::string& name) {
-    if (!network) {
-      throw InputError{"option -load_junction: '" + name + "' is not allowed without -structure_type network"};
-    }
-    const auto found = std::ranges::find(network->junctions, name, &Junction::name);
-    if (found == network->junctions.end()) {
-      throw InputError{"option -load_junction: '" + name + "' is not allowed, expected the name of a junction"};
-    }
-    return found->place;
   }
   void set_directions(std::vector<NodalLoad>& loads) const {
     if (!direction_given_) {

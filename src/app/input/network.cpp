@@ -207,6 +207,24 @@ struct Treatment {
 
 }  // namespace
 
+Place junction_place(const char* option, const std::string& name, const std::optional<NetworkParameters>& network) {
+  const std::string begin = std::string{"option "} + option + ": '" + name + "' is not allowed";
+  if (!network) {
+    throw InputError{begin + " without -structure_type network"};
+  }
+  const auto found = std::ranges::find(network->junctions, name, &Junction::name);
+  if (found != network->junctions.end()) {
+    return found->place;
+  }
+  constexpr std::size_t kShown = 8;
+  std::string some;
+  for (std::size_t i = 0; i < std::min(network->junctions.size(), kShown); ++i) {
+    some += (i > 0 ? ", '" : "'") + network->junctions[i].name + "'";
+  }
+  throw InputError{begin + ", expected the name of a junction: " + some +
+                   (network->junctions.size() > kShown ? ", ..." : "")};
+}
+
 std::optional<NetworkParameters> read_network(MPI_Comm comm, bool asked, double memory) {
   OptionGroup group{comm, "Network of members, for -structure_type network: from a file, or a regular one"};
   std::string file;

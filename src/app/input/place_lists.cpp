@@ -27,15 +27,7 @@ std::vector<Place> read_places(petsc::OptionGroup& group, const PlaceKeys& keys,
     all.push_back({.x = place[i], .y = place[i + 1], .z = place[i + 2]});
   }
   for (const std::string& name : junctions) {
-    const std::string option = std::string{"option "} + keys.junction[0] + ": '" + name + "' is not allowed";
-    if (!structure.network) {
-      throw InputError{option + " without -structure_type network"};
-    }
-    const auto found = std::ranges::find(structure.network->junctions, name, &Junction::name);
-    if (found == structure.network->junctions.end()) {
-      throw InputError{option + ", expected the name of a junction"};
-    }
-    all.push_back(found->place);
+    all.push_back(junction_place(keys.junction[0], name, structure.network));
   }
   return all;
 }

@@ -62,6 +62,11 @@ using Names = std::pair<const char*, T>;
 void require_ascending(const char* option, const std::string& path, const Numbers& values, const char* what,
                        bool jumps = false);
 
+/// @brief Where a junction is. @param option that names it
+/// @throws InputError naming option and junction if there is none of this name
+[[nodiscard]] Place junction_place(const char* option, const std::string& name,
+                                   const std::optional<NetworkParameters>& network);
+
 /// @name Each reads one group of options, and explains it under `-help`; collective.
 /// @{
 [[nodiscard]] StructureInput read_structure(MPI_Comm comm);
