@@ -311,8 +311,9 @@ void LocatedSteps::rub_pressed() {
       const double over_mass = !set.plain()                      ? motion_.action(set, node, 1.0).push
                                : contact_->resting_on(node, set) ? motion_.wf2() * motion_.pull_integral(node)
                                                                  : 0.0;
-      contact_->rub(set, node, over_mass * equations_->line().mass()[node], motion_.end().line.time,
-                    {state.values() + count_, count_});
+      const double impulse = over_mass * equations_->line().mass()[node];
+      const double lost = contact_->rub(set, node, impulse, {state.values() + count_, count_});
+      contact_->journal().record_loss(motion_.end().line.time, lost);
     }
   }
 }

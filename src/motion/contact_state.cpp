@@ -148,42 +148,42 @@ void ContactState::meet(const ContactInstant& now, const ContactSet& set, const 
   }
   const double after = lift.velocity + set.side * outcome.velocity;
   const double impulse = mass.mass * (after - velocity);
+  const double rubbed = rub(set, node, impulse, now.velocity);
   if (outcome.impact) {
     journal_.record_impact(node, {.time = now.time,
                                   .support = set.support,
                                   .velocity_before = velocity,
                                   .velocity_after = after,
                                   .impulse = impulse,
-                                  .energy_loss = outcome.energy_loss});
+                                  .energy_loss = outcome.energy_loss + rubbed});
   } else {
     journal_.record_impulse(set.support, impulse, now.time);
+    journal_.record_loss(now.time, rubbed);
   }
   journal_.record_flow({.work = impulse * lift.velocity});
   position = height;
   velocity = after;
-  rub(set, node, impulse, now.time, now.velocity);
   if (outcome.rests) {
     bring_to_rest(node, set, now.time, outcome.impact ? 0.0 : outcome.energy_loss);
   }
 }
 
-void ContactState::rub(const ContactSet& set, std::size_t node, double impulse, double time,
-                       std::span<double> velocity) {
+double ContactState::rub(const ContactSet& set, std::size_t node, double impulse, std::span<double> velocity) const {
   if (set.friction == 0.0) {
-    return;
+    return 0.0;
   }
   const std::array<std::size_t, 2> across = *points_->beside(node);
   const auto speed_of = [&](std::size_t point) { return resting(point) ? 0.0 : velocity[point]; };
   const double speed = std::hypot(speed_of(across[0]), speed_of(across[1]));
   if (speed == 0.0) {
-    return;
+    return 0.0;
   }
   const double mass = points_->mass()[node];
   const double left = std::max(0.0, speed - set.friction * std::abs(impulse) / mass);
   for (const std::size_t point : across) {
     velocity[point] = resting(point) ? velocity[point] : left / speed * velocity[point];
   }
-  journal_.record_loss(time, 0.5 * mass * (speed - left) * (speed + left));
+  return 0.5 * mass * (speed - left) * (speed + left);
 }
 
 void ContactState::count_resting() {

@@ -259,6 +259,7 @@ class Slopes(NetworkContactTest):
             lost = 0.5 * mass * (across @ across) if sticks else taken @ across - 0.5 * taken @ taken / mass
             np.testing.assert_allclose(hit.csv("energy.csv")["lost_in_impacts"][-1], lost, rtol=1e-9)
 
+            np.testing.assert_allclose(impacts["energy_loss"], [lost], rtol=1e-9)
     def test_momentum_is_what_the_supports_gave(self):
         rotation = turn((0.3, 0.5, -1.0), 0.9)
         normals = np.array([rotation @ (0, 1, 0), rotation @ (0, 0, 1)])

@@ -137,8 +137,9 @@ class ContactState {
   /// Applies the law to every mass on its support at one instant, and releases those that are due to lift.
   void resolve(const ContactInstant& now);
   /// @brief Coulomb's friction on a mass that a support pushes: the node's velocity across the normal falls by the
-  /// coefficient times the impulse [N s] over the mass, to 0 at most; the loss goes to the journal.
-  void rub(const ContactSet& set, std::size_t node, double impulse, double time, std::span<double> velocity);
+  /// coefficient times the impulse [N s] over the mass, to 0 at most.
+  /// @return energy lost [J]
+  [[nodiscard]] double rub(const ContactSet& set, std::size_t node, double impulse, std::span<double> velocity) const;
   /// @brief The nodes of this rank that were hit, rested or pressed on by the line from `since` until just before
   /// `until`, a time in the step.
   /// @param resting nonzero for each local node that rests at `until`
