@@ -60,12 +60,14 @@ double x_of(const MassPoints& points, const PointRows& rows) {
 
 double Placed::away() const {
   const Place way{.x = used.x - asked.x, .y = used.y - asked.y, .z = used.z - asked.z};
-  return in_space(asked) ? std::hypot(way.x, way.y, way.z) : std::abs(way.x);
+  return in_space ? std::hypot(way.x, way.y, way.z) : std::abs(way.x);
 }
 
-std::string words_of(const Place& place) {
+std::string words_of(const Place& place) { return words_of(place, place.y != 0.0 || place.z != 0.0); }
+
+std::string words_of(const Place& place, bool in_space) {
   std::ostringstream text;
-  if (in_space(place)) {
+  if (in_space) {
     text << '(' << place.x << ", " << place.y << ", " << place.z << ") m";
   } else {
     text << "x = " << place.x << " m";
@@ -86,8 +88,12 @@ Place place_of(const MassPoints& points, PetscInt global) {
 std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points) {
   std::vector<Placed> all;
   const auto add = [&](const char* name, std::size_t index, const Place& asked) {
-    all.push_back(
-        {.name = name + std::to_string(index), .asked = asked, .used = place_of(points, points.nearest(asked))});
+    const PetscInt point = points.nearest(asked);
+    all.push_back({.name = name + std::to_string(index),
+                   .asked = asked,
+                   .used = place_of(points, point),
+                   .in_space = input.network || asked.y != 0.0 || asked.z != 0.0,
+                   .point = point});
   };
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     const Support& support = input.supports[i];
@@ -109,6 +115,9 @@ std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points)
   for (std::size_t i = 0; i < input.gauges.size(); ++i) {
     add("gauge ", i, input.gauges[i]);
   }
+  for (std::size_t i = 0; i < input.loads.size() && (input.network || input.imported); ++i) {
+    add("load ", i, input.loads[i].place());
+  }
   return all;
 }
 
@@ -117,13 +126,12 @@ void warn_of_places(const Case& input, const Structure& structure) {
   const BeamChain* beam = structure.chain();
   std::vector<std::string> moved;
   for (const Placed& placed : placed_at_nodes(input, points)) {
-    const bool spatial = in_space(placed.asked);
-    const double allowed = spatial ? kShareOfBeam * points.largest_extent()
-                                   : std::min(kShareOfBeam * points.extent().length(),
-                                              kShareOfWay * way_to_support(input, placed.asked.x));
+    const double allowed = placed.in_space ? kShareOfBeam * points.largest_extent()
+                                           : std::min(kShareOfBeam * points.extent().length(),
+                                                      kShareOfWay * way_to_support(input, placed.asked.x));
     if (placed.away() > allowed) {
-      moved.push_back(placed.name + " at " + words_of(placed.asked) + " is taken to the nearest node, at " +
-                      words_of(spatial ? placed.used : Place{.x = placed.used.x}));
+      moved.push_back(placed.name + " at " + words_of(placed.asked, placed.in_space) +
+                      " is taken to the nearest node, at " + words_of(placed.used, placed.in_space));
     }
   }
   warn(points.comm(), moved,

@@ -13,6 +13,7 @@
 #include "udar/app/network_size.hpp"
 #include "udar/app/places.hpp"
 #include "udar/filter/filter_cost.hpp"
+#include "udar/io/file_rows.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/describe.hpp"
 
@@ -181,7 +182,7 @@ void add_filter(Description& built, const FilteredStructure& line, bool modal) {
 
 /// Which nodes some things touch. @note Collective.
 void add_touched(Description& built, const std::string& things, const MassPoints& points,
-                 const std::vector<PointRows>& touched, double wf) {
+                 const std::vector<PointRows>& touched, double wf, bool side_by_side) {
   std::vector<double> count;
   std::vector<double> ends;  // the last node, and the first below zero: one reduction finds both
   std::vector<double> stiffness;
@@ -202,8 +203,10 @@ void add_touched(Description& built, const std::string& things, const MassPoints
     first.push_back(-ends[i + 1]);
   }
   built.add(things + ", nodes", count);
-  built.add(things + ", first node", first);
-  built.add(things + ", last node", last);
+  if (side_by_side) {
+    built.add(things + ", first node", first);
+    built.add(things + ", last node", last);
+  }
   built.add(things + ", stiffness of filter springs [N/m]", rounded(stiffness));
 }
 
@@ -220,11 +223,12 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
       strikers.push_back(points.single(points.nearest(place)));
     }
   }
+  const bool side_by_side = line.structure().network() == nullptr;  // nodes of a support
   if (!supports.empty()) {
-    add_touched(built, "supports", points, supports, line.filter_frequency());
+    add_touched(built, "supports", points, supports, line.filter_frequency(), side_by_side);
   }
   if (!strikers.empty()) {
-    add_touched(built, "strikers", points, strikers, line.filter_frequency());
+    add_touched(built, "strikers", points, strikers, line.filter_frequency(), side_by_side);
   }
   if (springs.stiffness > 0.0) {
     built.add("supports below, stiffness [N/m]", rounded(springs.stiffness));
@@ -233,13 +237,27 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
   }
 }
 
+/// The number of a node in the files of results. @note Collective.
+double number_of(const MassPoints& points, const io::FileRows& rows, PetscInt point) {
+  double number =
+      points.owns(point) ? static_cast<double>(rows.number(static_cast<std::size_t>(point - points.begin()))) : 0.0;
+  MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_DOUBLE, MPI_SUM, points.comm());
+  return number;
+}
+
 /// Where things that act at nodes are, and where they were asked for. @note Collective.
-void add_places(Description& built, const Case& input, const MassPoints& points) {
-  for (const auto& [name, asked, used] : placed_at_nodes(input, points)) {
-    built.add(name + ", asked [m], node, its place [m]",
-              rounded({asked.x, static_cast<double>(points.nearest(asked)), used.x}));
+void add_places(Description& built, const Case& input, const Structure& structure) {
+  const MassPoints& points = structure.points();
+  const io::FileRows rows{points, structure.topology()};
+  for (const auto& [name, asked, used, in_space, point] : placed_at_nodes(input, points)) {
+    const PetscInt at = point >= 0 ? point : points.nearest(asked);
+    std::vector<double> values = in_space ? std::vector{asked.x, asked.y, asked.z} : std::vector{asked.x};
+    values.push_back(number_of(points, rows, at));
+    values.insert(values.end(), {used.x, used.y, used.z});
+    values.resize(in_space ? values.size() : 3);
+    built.add(name + ", asked [m], node, its place [m]", rounded(values));
   }
-  for (std::size_t i = 0; i < input.loads.size(); ++i) {
+  for (std::size_t i = 0; i < input.loads.size() && structure.chain() != nullptr; ++i) {
     if (input.loads[i].width != 0.0) {
       continue;  // on many
     }
@@ -272,7 +290,7 @@ void print_view(const Case& input, FilteredStructure& line, const std::vector<Mo
     add_cost(built, line);
   }
   add_supports(built, input, line, springs);
-  add_places(built, input, own_points(line));
+  add_places(built, input, line.structure());
   built.add("initial velocity [m/s], of turning [rad/s]",
             rounded({input.initial.velocity, input.initial.angular_velocity}));
   built.add("output", input.output.directory);

@@ -480,6 +480,22 @@ class Output(NetworkTest):
         self.assertEqual(len(wall), 5)
         np.testing.assert_allclose(wall[:, 0], 5, rtol=0, atol=1e-14)
         self.assertEqual((wall[:, 1].min(), wall[:, 1].max()), (0, 3))
+    def test_what_is_off_the_structure_is_told(self):
+        table = self.write("load.csv", "0,1\n1,1\n")
+        far = self.fall(gauge_place="2,30,7,2,3,0", load_place="2,3,4", load_table=table, gauge_junction=None,
+                        ts_max_time=1e-3)
+        (warning,) = [text for text in far.summary()["warnings"] if "nearest node" in text]
+        self.assertIn("gauge 0 at (2, 30, 7) m is taken to the nearest node, at (2, 3, 0) m", warning)
+        self.assertIn("load 0 at (2, 3, 4) m is taken to the nearest node, at (2, 3, 0) m", warning)
+        self.assertNotIn("gauge 1", warning)
+
+    def test_the_view_knows_the_nodes_of_the_files(self):
+        for ranks in (0, 2):
+            shown = self.fall(ranks, name=f"view{ranks}", gauge_place="2.1,3,0", gauge_junction="middle,right foot",
+                              udar_view=True, ts_max_time=1e-3)
+            lines = [line.split("m]")[-1].split() for line in shown.out.splitlines() if line.startswith("  gauge ")]
+            self.assertEqual(lines, [text.split() for text in ("2.1 3 0 4 2 3 0", "2 3 0 4 2 3 0", "4 0 0 1 4 0 0")])
+
 
     def test_envelopes_go_on_over_a_restart_on_other_ranks(self):
         whole = self.fall(1, name="whole")
