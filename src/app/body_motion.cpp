@@ -14,6 +14,7 @@
 #include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/initial_state.hpp"
 #include "udar/structure/network.hpp"
 #include "udar/structure/solid_motions.hpp"
 #include "udar/structure/striker.hpp"
@@ -54,6 +55,13 @@ BodyMotion::BodyMotion(const Case& input, const Structure& structure, const Impa
   if (!structure.grounded() && !apart_) {
     solid_ = solid_motions(*points_);
   }
+  if (structure.grounded()) {
+    unstrained_ = reference_axis(*points_, input.initial);
+  } else {  // what is lifted as a solid is taken off with all such motion
+    for (std::size_t point = 0; point < points_->points(); ++point) {
+      unstrained_.push_back(points_->reference(point));
+    }
+  }
   if (falls_freely(input, structure)) {
     search_.emplace(input.gravity);
   }
@@ -82,7 +90,7 @@ std::vector<double> BodyMotion::shares(const Snapshot& state, const std::vector<
 void BodyMotion::snapshot(const Snapshot& state) {
   std::vector<double> displacement = node_values(structure_->points(), state.values("line_position"));
   for (std::size_t i = 0; i < displacement.size(); ++i) {
-    displacement[i] -= points_->reference(i);
+    displacement[i] -= unstrained_[i];
   }
   if (!solid_.empty() || search_) {
     const std::vector<double> sums = shares(state, displacement);

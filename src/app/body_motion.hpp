@@ -45,6 +45,7 @@ class BodyMotion final : public Observer {
   const MassPoints* points_;  // without what strikes them
   const ImpactDynamics* dynamics_;
   double interval_;
+  std::vector<double> unstrained_;          // of each local point, whence displacements count [m]
   std::vector<std::size_t> node_;           // of each local point, whose displacements add up to a vector's length
   std::vector<std::vector<double>> solid_;  // motions as a solid; empty: held
   bool apart_;                              // several parts, which move as several solids

@@ -492,6 +492,14 @@ class Networks(PlotTest):
         self.assertIn("up to 0.6 m", shape)
         self.assertIn("in true size", shape)
 
+    def test_where_what_is_held_starts_is_no_deformation(self):
+        run = write_network(self.here / "run", held=(0, 3), turn=0.0, supports=())
+        with h5py.File(run / "results.h5", "a") as file:
+            file["fields/displacement_of_line"][:, :, 1] += 40.0 + 0.5 * (file["x"][()] - 1.0)
+            file.create_group("parameters").attrs.update({"initial height [m]": "40", "initial slope": "0.5"})
+        files, _ = self.draw(run, "--format", "svg")
+        self.assertIn("up to 0.6 m", files["deformation.svg"].read_text(encoding="utf-8"))
+
     def test_planes_are_drawn_where_they_are(self):
         """A wall behind the end, an incline, and one too far away to be drawn."""
         run = write_network(self.here / "run", supports=3 * ((1.0, np.inf),), gravity=0.0)

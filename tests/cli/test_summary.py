@@ -79,9 +79,9 @@ class Page(UdarTest):
         """A pinned beam under a sudden load at its middle swings to twice the static sag."""
         load, length = 1000.0, 10.0
         (self.scratch / "load.csv").write_text(f"0,{-load}\n")
-        held = case(support_position=None, beam_left_end="pinned", beam_right_end="pinned", gravity=0, initial_height=0,
-                    load_position=5, load_table=self.scratch / "load.csv", ts_max_time=0.2, filter_frequency=3000,
-                    beam_elements=40)
+        held = case(support_position=None, beam_left_end="pinned", beam_right_end="pinned", gravity=0,
+                    initial_height=40, load_position=5, load_table=self.scratch / "load.csv", ts_max_time=0.2,
+                    filter_frequency=3000, beam_elements=40)
         summary = self.run_case(held, name="held").summary()
         stiffness = 2.1e11 * math.pi * 0.1**4 / 4
         sag = load * length**3 / (48 * stiffness)

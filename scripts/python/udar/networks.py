@@ -10,7 +10,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from .curves import prefixed, with_unit
 from .files import RunFiles
 from .palette import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
-from .shapes import round_factor, without_rigid_motion
+from .shapes import lift_of_held, rigid_motion, round_factor, without_motion
 from .style import GREY, SUPPORT_GREY
 
 MOST_PIECES = 12_000     # pieces of members in one panel; finer ones are thinned, of more members some are left out
@@ -78,7 +78,7 @@ def read_rows(file, run, place, is_held):
         return time, np.empty((0, *place.shape)), np.empty((0, *place.shape))
 
     def deformation(row):
-        return row if is_held else without_rigid_motion(place, row, mass)
+        return without_motion(place, row, lift_of_held(file, place) if is_held else rigid_motion(place, row, mass))
 
     begin = min(run.first_contacts(), default=(time[0], 0))[0]
     begin = begin if begin < time[-1] else time[0]

@@ -11,9 +11,19 @@ def rigid_motion(place, displacement, mass):
     return u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt)) or 1.0]) @ vt, first, second
 
 
-def without_rigid_motion(place, displacement, mass):
-    """What is left of displacements when the whole has been moved and turned back as well as can be."""
-    turn, first, second = rigid_motion(place, displacement, mass)
+def lift_of_held(file, place):
+    """As `rigid_motion`, of what is held: from where it stands in its own axes to where nothing strains it."""
+    given = file["parameters"].attrs if "parameters" in file else {}
+    height, slope = (float(given.get(name, 0.0)) for name in ("initial height [m]", "initial slope"))
+    turn = np.eye(3)
+    turn[0, 1] = slope
+    middle = 0.5 * (place[:, 0].min() + place[:, 0].max())
+    return turn, np.array([middle, 0.0, 0.0]), np.array([middle, height, 0.0])
+
+
+def without_motion(place, displacement, motion):
+    """What is left of displacements when a motion of the whole, (turn, first, second), has been taken back."""
+    turn, first, second = motion
     return place + displacement - ((place - first) @ turn + second)
 
 

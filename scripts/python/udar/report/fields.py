@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..results import read_envelope
-from ..shapes import rigid_motion
+from ..shapes import lift_of_held, rigid_motion, without_motion
 from .streams import row_blocks
 
 FRAMES = 300
@@ -158,8 +158,8 @@ def gather_space(file, run, touched):
     rigid, deformation, largest = [], [], np.zeros(len(nodes))
     for row in frames:
         moved = displacement(row)
-        turn, first, second = (np.eye(3), np.zeros(3), np.zeros(3)) if held else rigid_motion(place, moved, mass)
-        bent = place[nodes] + moved[nodes] - ((place[nodes] - first) @ turn + second)
+        turn, first, second = motion = lift_of_held(file, place) if held else rigid_motion(place, moved, mass)
+        bent = without_motion(place[nodes], moved[nodes], motion)
         rigid.append(np.concatenate([turn.ravel(), second - first @ turn]))
         deformation.append(bent)
         largest = np.fmax(largest, np.linalg.norm(bent, axis=1))
