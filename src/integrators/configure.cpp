@@ -152,7 +152,8 @@ void set_options(TS ts, TSType type, double fastest) {
   std::array<char, 32> asked{};
   PetscBool type_given = PETSC_FALSE;
   UDAR_CALL(PetscOptionsGetString(nullptr, nullptr, "-ts_type", asked.data(), asked.size(), &type_given));
-  if (std::string_view{asked.data()} == TSRK || (type_given == PETSC_FALSE && is_given("-ts_rk_type") == PETSC_TRUE)) {
+  const bool by_default = std::string_view{type} == TSRK || is_given("-ts_rk_type") == PETSC_TRUE;
+  if (std::string_view{asked.data()} == TSRK || (type_given == PETSC_FALSE && by_default)) {
     UDAR_CALL(TSSetType(ts, TSRK));
     UDAR_CALL(TSRKSetType(ts, TSRK5DP));
   }

@@ -246,7 +246,7 @@ class Slopes(NetworkContactTest):
         across = np.array([0.7, 0.4])
         for friction, sticks in ((0.1, False), (0.5, True)):
             hit = self.fly(f"hit_{friction}", lone, (0.7, -3, 0.4), support_height=-0.01, contact_restitution=1,
-                           support_friction=friction, ts_type="rk", ts_max_time=0.0045, output_field_interval=4.5e-3)
+                           support_friction=friction, ts_max_time=0.0045, output_field_interval=4.5e-3)
             impacts = hit.csv("impacts.csv")
             self.assertEqual(len(impacts["time"]), 1, hit)
             impulse = impacts["impulse"][0]

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -97,8 +98,11 @@ class LocatedSteps final : public Integrator {
 
 /// @name PETSc's own types that it serves: explicit, with dense output or exact repetition of a step.
 /// @{
-inline constexpr IntegratorType kRungeKuttaType{
-    .name = TSRK, .can = LocatedSteps::kCan, .knows = "it knows the filtered beam alone", .enroll = nullptr};
+inline constexpr IntegratorType kRungeKuttaType{.name = TSRK,
+                                                .can = LocatedSteps::kCan,
+                                                .knows = "it knows the filtered beam alone",
+                                                .enroll = nullptr,
+                                                .default_up_to = std::numeric_limits<std::int64_t>::max()};
 inline constexpr IntegratorType kEulerType{
     .name = TSEULER, .can = LocatedSteps::kCan, .knows = "it knows the filtered beam alone", .enroll = nullptr};
 inline constexpr IntegratorType kStabilityPreservingType{

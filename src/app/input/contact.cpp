@@ -171,7 +171,7 @@ class SupportLists {
     friction_.read(
         group, "-", petsc::non_negative(),
         "for networks: Coulomb's coefficient of friction, of impacts and of masses that rest or press; one, or "
-        "one per support (floor or ground after the last support); for -ts_type rk");
+        "one per support (floor or ground after the last support); by -ts_type rk, then the default");
     yield_speed_.read(group, "m/s", petsc::positive_or_infinite(),
                       "impact speed v_y above which restitution falls, e (v / v_y)^(-1/4); one, or one per support "
                       "(floor or ground after the last support); inf: it does not");
