@@ -308,7 +308,7 @@ LineMesh read_gmsh(MPI_Comm comm, const std::string& quantity, const std::string
     } catch (const Complaint& complaint) {
       failure = quantity + ": '" + path + "'" + complaint.text;
     } catch (const petsc::Error& error) {
-      failure = quantity + ": '" + path + "' cannot be read as a Gmsh mesh: " + error.what();
+      failure = quantity + ": '" + path + "' cannot be read as a Gmsh mesh of lines alone: " + error.what();
     }
   }
   throw_together<FileError>(comm, failure);

@@ -72,6 +72,7 @@ class Scan {
     expect("$Elements");
     blocks_ ? element_blocks() : element_list();
     expect("$EndElements");
+    require_straight_lines();
   }
 
  private:
@@ -264,7 +265,20 @@ class Scan {
     const int number = whole();
     const auto* const known = std::ranges::find(kElementTypes, number, &ElementType::number);
     require(known != kElementTypes.end(), "elements of type " + std::to_string(number));
+    dimension_ = std::max(dimension_, known->dimension);
+    curved_ = curved_ || (known->dimension == 1 && known->nodes > 2);
     return *known;
+  }
+
+  /// Whatever else there is PETSc would read as well as it can.
+  void require_straight_lines() const {
+    if (dimension_ > 1) {
+      fail("it has elements of dimension " + std::to_string(dimension_) +
+           ", expected a mesh of lines, of dimension 1; save these alone");
+    }
+    if (curved_) {
+      fail("it has lines of higher order, expected straight ones of order 1: two nodes each");
+    }
   }
 
   void nodes_of(int element, const ElementType& type) {
@@ -279,6 +293,8 @@ class Scan {
 
   std::string_view left_;
   bool blocks_ = false;
+  int dimension_ = 0;                       ///< the largest of the elements
+  bool curved_ = false;                     ///< some line has more than two nodes
   std::set<std::pair<int, int>> entities_;  ///< dimension, number
   std::unordered_set<int> nodes_;
   int least_ = std::numeric_limits<int>::max();

@@ -387,6 +387,13 @@ class Refusals(NetworkTest):
         self.mesh_refused(triangle, "dimension 2", "lines")
 
     def test_of_options(self):
+        more = f"$Elements\n{count + 1}\n"
+        surface = again.replace(f"$Elements\n{count}\n", more).replace(
+            "\n" + " ".join([str(int(last[0]) + 1), *last[1:]]), f"\n{count + 1} 2 2 1 1 1 2 3")
+        self.mesh_refused(surface, "dimension 2", "lines", "save these alone")
+        curved = again.replace(f"$Elements\n{count}\n", more).replace(
+            "\n" + " ".join([str(int(last[0]) + 1), *last[1:]]), f"\n{count + 1} 8 2 1 1 1 2 3")
+        self.mesh_refused(curved, "higher order", "two nodes each")
         path = self.write("frame.yaml", FRAME)
         mesh = self.write("frame.msh", Mesh().version_2())
         for words, options in (
