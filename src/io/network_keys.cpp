@@ -104,7 +104,12 @@ std::optional<Given<std::array<double, 3>>> read_joint(YamlThing& thing, const s
       thing.refuse(axis.mark, hinge_key + ": '" + axis.value +
                                   "' is not allowed, expected axes of the member, x, y or z, about which it turns");
     }
-    given.value.at(static_cast<std::size_t>(axis.value[0] - 'x')) = 0.0;
+    double& stiffness = given.value.at(static_cast<std::size_t>(axis.value[0] - 'x'));
+    if (joint && stiffness != 0.0) {
+      thing.refuse(axis.mark, hinge_key + ": '" + axis.value + "' is not allowed with another stiffness about it in " +
+                                  joint_key + ", expected 0 there: a hinge turns freely");
+    }
+    stiffness = 0.0;
   }
   return given;
 }

@@ -329,6 +329,8 @@ class Refusals(NetworkTest):
             ("groups:", "groups: ]", ["line 15 column", "YAML"]),
             ("members:\n", "members: 3\nothers:\n", ["line 10 column", "members", "'3'", "a list of maps"]),
             ("element_length: 0.5", "element_length: 0.5, hinge_to: [y, w]", ["line 18 column", "hinge_to", "'w'"]),
+            ("element_length: 0.5", "element_length: 0.5, hinge_to: [y], joint_to: [0, 1, 2]",
+             ["line 18 column", "hinge_to: 'y'", "joint_to", "expected 0"]),
         ):
             with self.subTest(after=after):
                 self.wrong(before, after, *words)
@@ -385,8 +387,6 @@ class Refusals(NetworkTest):
             $EndElements
             """)
         self.mesh_refused(triangle, "dimension 2", "lines")
-
-    def test_of_options(self):
         more = f"$Elements\n{count + 1}\n"
         surface = again.replace(f"$Elements\n{count}\n", more).replace(
             "\n" + " ".join([str(int(last[0]) + 1), *last[1:]]), f"\n{count + 1} 2 2 1 1 1 2 3")
@@ -394,6 +394,8 @@ class Refusals(NetworkTest):
         curved = again.replace(f"$Elements\n{count}\n", more).replace(
             "\n" + " ".join([str(int(last[0]) + 1), *last[1:]]), f"\n{count + 1} 8 2 1 1 1 2 3")
         self.mesh_refused(curved, "higher order", "two nodes each")
+
+    def test_of_options(self):
         path = self.write("frame.yaml", FRAME)
         mesh = self.write("frame.msh", Mesh().version_2())
         for words, options in (
@@ -478,15 +480,6 @@ class Output(NetworkTest):
             at = np.flatnonzero((one["x"] == x) & (one["y"] == y))
             np.testing.assert_allclose(one["radius"][at], [radius], rtol=1e-15)
 
-    def test_pictures_have_planes_where_they_are(self):
-        fallen = self.fall(floor=None, support_position=2, support_width="inf", support_normal="-1,0,0",
-                           support_height=-5, initial_slope=0, ts_max_time=0.01)
-        with h5py.File(fallen.file("results.vtkhdf")) as file:
-            wall = file["VTKHDF/Points"][()][2 * len(h5py.File(fallen.file("results.h5"))["x"]):]
-            self.assertTrue(np.isfinite(file["VTKHDF/PointData/radius"][()]).all())
-        self.assertEqual(len(wall), 5)
-        np.testing.assert_allclose(wall[:, 0], 5, rtol=0, atol=1e-14)
-        self.assertEqual((wall[:, 1].min(), wall[:, 1].max()), (0, 3))
     def test_what_is_off_the_structure_is_told(self):
         table = self.write("load.csv", "0,1\n1,1\n")
         far = self.fall(gauge_place="2,30,7,2,3,0", load_place="2,3,4", load_table=table, gauge_junction=None,
@@ -503,6 +496,15 @@ class Output(NetworkTest):
             lines = [line.split("m]")[-1].split() for line in shown.out.splitlines() if line.startswith("  gauge ")]
             self.assertEqual(lines, [text.split() for text in ("2.1 3 0 4 2 3 0", "2 3 0 4 2 3 0", "4 0 0 1 4 0 0")])
 
+    def test_pictures_have_planes_where_they_are(self):
+        fallen = self.fall(floor=None, support_position=2, support_width="inf", support_normal="-1,0,0",
+                           support_height=-5, initial_slope=0, ts_max_time=0.01)
+        with h5py.File(fallen.file("results.vtkhdf")) as file:
+            wall = file["VTKHDF/Points"][()][2 * len(h5py.File(fallen.file("results.h5"))["x"]):]
+            self.assertTrue(np.isfinite(file["VTKHDF/PointData/radius"][()]).all())
+        self.assertEqual(len(wall), 5)
+        np.testing.assert_allclose(wall[:, 0], 5, rtol=0, atol=1e-14)
+        self.assertEqual((wall[:, 1].min(), wall[:, 1].max()), (0, 3))
 
     def test_envelopes_go_on_over_a_restart_on_other_ranks(self):
         whole = self.fall(1, name="whole")

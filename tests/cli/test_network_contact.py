@@ -118,7 +118,6 @@ class Turned(NetworkContactTest):
         self.same(straight, self.fly("turned", frame(rotation), rotation @ velocity, support_normal=normals, **both),
                   1e-7)
 
-    def test_a_wall_that_moves(self):
     def test_a_corner_of_three_planes_in_any_order(self):
         rotation = self.ROTATIONS["oblique"]
         normals, heights = rotation.T, np.array([-0.01, -0.02, -0.015])  # of faces turned from x, y, z
@@ -132,6 +131,7 @@ class Turned(NetworkContactTest):
         for other in runs[1:]:
             np.testing.assert_allclose(other, runs[0], rtol=1e-8)
 
+    def test_a_wall_that_moves(self):
         table = self.scratch / "motion.csv"
         table.write_text("time,height\n0,0\n0.01,0.005\n0.03,0.03\n1,0.03\n")
         options = {"support_height": -0.01, "support_motion": table, "ts_type": "impact"}
@@ -258,8 +258,8 @@ class Slopes(NetworkContactTest):
             self.assertLess(np.abs(hit.csv("energy.csv")["drift"]).max(), 1e-9, hit)
             lost = 0.5 * mass * (across @ across) if sticks else taken @ across - 0.5 * taken @ taken / mass
             np.testing.assert_allclose(hit.csv("energy.csv")["lost_in_impacts"][-1], lost, rtol=1e-9)
-
             np.testing.assert_allclose(impacts["energy_loss"], [lost], rtol=1e-9)
+
     def test_momentum_is_what_the_supports_gave(self):
         rotation = turn((0.3, 0.5, -1.0), 0.9)
         normals = np.array([rotation @ (0, 1, 0), rotation @ (0, 0, 1)])
@@ -357,8 +357,6 @@ class Boxes(NetworkContactTest):
         self.assertEqual(list(touched), list(np.flatnonzero(over)), fallen)
         self.assertAlmostEqual(fallen.csv("impacts.csv")["time"][0], np.sqrt(2 * 0.06 / 9.81), delta=1e-9)
 
-    def test_refusals(self):
-        path = self.scratch / "frame.yaml"
     def test_who_touches_from_beyond_an_edge_is_told(self):
         grillage = {**FLIGHT, "network_grillage": "3,3", "network_elements": 2, "ts_type": "chebyshev",
                     "ts_max_time": 0.06}
@@ -382,6 +380,8 @@ class Boxes(NetworkContactTest):
                 off = float(re.search(r"m, by ([0-9.]+) m at t = ", warning).group(1))
                 self.assertAlmostEqual(off, beyond, delta=0.06)
 
+    def test_refusals(self):
+        path = self.scratch / "frame.yaml"
         path.write_text(frame(np.eye(3)))
         case = {**FLIGHT, "support_position": None, "support_width": None, "network_file": path}
         for words, changes in (
@@ -598,6 +598,7 @@ class Refusals(NetworkContactTest):
             (["-support_z_*", "-structure_type network"], {**beam, "support_z_width": 1}),
             (["-initial_velocity_x", "-structure_type network"], {**beam, "initial_velocity_x": 1}),
             (["-initial_spin", "2 values"], {**network, "initial_spin": "1,2"}),
+            (["-initial_spin", "1 values", "three"], {**network, "initial_spin": 1}),
             *((["-support_friction", name, "rk"], {**network, "support_friction": 0.3, "ts_type": name})
               for name in ("impact", "chebyshev", "moreau")),
             (["-support_friction", "-contact_surface line"],

@@ -52,7 +52,10 @@ StartInput read_start(MPI_Comm comm) {
   if (group.reals("-initial_spin", spin, "rad/s", petsc::any(),
                   "for networks: angular velocities about x, y, z through the centre of mass or -initial_pivot, three "
                   "numbers")) {
-    spin = petsc::one_per("-initial_spin", spin, 3, "about x, y, z");
+    if (spin.size() != 3) {
+      throw InputError{"option -initial_spin: " + std::to_string(spin.size()) +
+                       " values given, expected three: about x, y and z [rad/s]"};
+    }
     input.initial.spin = {.x = spin[0], .y = spin[1], .z = spin[2]};
     input.in_space = true;
   }
