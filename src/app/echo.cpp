@@ -41,7 +41,12 @@ double meeting_time(double gap, double speed, double pull) {
   return time > 0.0 ? time : kInfinity;
 }
 
-std::string sides(std::vector<Support> supports) {
+const char* name_of(const Structure& structure) {
+  return structure.chain() != nullptr ? "beam" : structure.network() != nullptr ? "network" : "structure";
+}
+
+std::string sides(std::vector<Support> supports, const Structure& structure) {
+  const std::string name = name_of(structure);
   std::erase_if(supports, [](const Support& support) { return support.striker >= 0; });
   const auto above = std::ranges::count(supports, SupportSide::above, &Support::side);
   const auto below = static_cast<std::ptrdiff_t>(supports.size()) - above;
@@ -49,11 +54,15 @@ std::string sides(std::vector<Support> supports) {
   if (supports.empty()) {
     return "none";
   }
-  if (below > 0) {
-    text << below << " below the beam";
-  }
-  if (above > 0) {
-    text << (below > 0 ? ", " : "") << above << " above it";
+  if (structure.network() != nullptr) {  // which has them on all sides
+    text << supports.size();
+  } else {
+    if (below > 0) {
+      text << below << " below the " << name;
+    }
+    if (above > 0) {
+      text << (below > 0 ? ", " : "") << above << " above it";
+    }
   }
   constexpr std::size_t kListed = 4;
   if (supports.size() <= kListed) {
@@ -63,7 +72,7 @@ std::string sides(std::vector<Support> supports) {
       if (support.boxed()) {
         text << "a box";
       } else if (std::isinf(support.width)) {
-        text << "all of the beam";
+        text << "all of the " << name;
       } else {
         text << support.position << " m";
       }
@@ -166,7 +175,7 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << "base      moves along (" << x << ", " << y << ", " << z << ") from t = " << times.front() << " to "
          << times.back() << " s with at most " << motion.peak() << " m/s^2, and all is told in its frame\n";
   }
-  text << "supports  " << sides(input.supports) << contact_text(input) << '\n';
+  text << "supports  " << sides(input.supports, structure) << contact_text(input) << '\n';
   for (const Striker& striker : input.strikers) {
     text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << ' '
          << words_of(striker.place);
@@ -176,9 +185,11 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << '\n';
   }
   if (const double depth = pressed_at_start(input, structure.points()); depth > 0.0) {
-    text << "contact   from the start: beam and springs of supports overlap by " << depth << " m\n";
+    text << "contact   from the start: " << name_of(structure) << " and springs of supports overlap by " << depth
+         << " m\n";
   } else if (const auto first = expected_contact(input, structure)) {
-    text << "contact   expected at t = " << *first << " s, from the flight of a rigid beam\n";
+    text << "contact   expected at t = " << *first << " s, from the flight of a rigid "
+         << (structure.chain() != nullptr ? "beam" : "body") << '\n';
   }
   const OutputSize size = output_size(input);
   text << "output    " << input.output.directory << ": " << static_cast<long long>(size.rows) << " rows, "
@@ -197,7 +208,8 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
                 input.gravity);
   }
   if (input.supports.empty() && !structure.grounded()) {
-    petsc::warn(comm, "nothing holds the beam and there is no support to hit; give -support_position or -floor");
+    petsc::warn(comm, "nothing holds the %s and there is no support to hit; give -support_position or -floor",
+                name_of(structure));
   }
   if (const Network* network = structure.network(); network != nullptr) {
     for (const std::string& warning : network->warnings()) {
@@ -214,7 +226,8 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
   }
   MPI_Allreduce(MPI_IN_PLACE, &highest, 1, MPI_DOUBLE, MPI_MAX, comm);
   if (highest > kHighFall) {
-    petsc::warn(comm, "the beam starts %g m from a support; lengths are in metres, not millimetres", highest);
+    petsc::warn(comm, "the %s starts %g m from a support; lengths are in metres, not millimetres", name_of(structure),
+                highest);
   }
   if (const auto first = expected_contact(input, structure); first && *first > input.end_time) {
     petsc::warn(comm,
