@@ -299,8 +299,13 @@ TEST(Strikers, FallFreelyAtAnyFilterFrequency) {
 /// What goes wrong is told of the node, of a beam as of a network, whose table of points ends before the gaps.
 TEST(Strikers, HaveTheNameOfTheirNode) {
   const ModelParameters beam{.beam = pinned_beam()};
-  const ModelParameters network{.network = test::turned_beam(10.0, 20)};
-  for (const ModelParameters& parameters : {beam, network}) {
+  std::vector<ModelParameters> all{beam};
+  int ranks = 1;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  if (ranks <= 2) {  // as many as it has junctions
+    all.push_back({.network = test::turned_beam(10.0, 20)});
+  }
+  for (const ModelParameters& parameters : all) {
     const auto structure =
         make_structure(PETSC_COMM_WORLD, struck(parameters, {{.place = {.x = 5.0}, .mass = 1.0}}, 1.0));
     const MassPoints& points = structure->points();
