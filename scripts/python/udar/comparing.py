@@ -23,10 +23,11 @@ COSTS = {"completed", "elements", "ranks", "integrator", "integrator_counts", "s
          "wall_seconds", "wall_seconds_mean", "own_seconds", "communication", "peak_memory_bytes", "memory_per_rank",
          "versions"}
 # Shown, not judged: when and where an extreme was reached jumps between peaks of nearly one size; windows are settings.
-NOT_JUDGED = re.compile(r"^(min|max)_.*_(time|[xyz])$|window$")
-SCALAR_UNITS = (("_time", "s"), ("window", "s"), ("_x", "m"), ("_y", "m"), ("_z", "m"), ("gap", "m"),
-                ("deflection", "m"), ("penetration", "m"), ("velocity", "m/s"), ("impulse", "N s"), ("force", "N"),
-                ("stress", "Pa"), ("moment", "N m"), ("shear", "N"), ("energy", "J"))
+NOT_JUDGED = re.compile(r"^(min|max|plastic)_.*_(time|[xyz]|member|place)$|window$")
+SCALAR_UNITS = (("_time", "s"), ("window", "s"), ("moment_y", "N m"), ("moment_z", "N m"), ("shear_y", "N"),
+                ("shear_z", "N"), ("_x", "m"), ("_y", "m"), ("_z", "m"), ("gap", "m"), ("deflection", "m"),
+                ("displacement", "m"), ("penetration", "m"), ("velocity", "m/s"), ("impulse", "N s"), ("force", "N"),
+                ("stress", "Pa"), ("moment", "N m"), ("torque", "N m"), ("shear", "N"), ("energy", "J"))
 
 
 @dataclasses.dataclass
