@@ -138,7 +138,7 @@ io::Summary gather_summary(const Case& input, FilteredStructure& line, const Imp
   summary.counts = counts_of(dynamics.counts());
   summary.contact = contact_of(input, dynamics, output);
   summary.peaks = peaks_of(line.structure(), output);
-  if (const HingedLine* hinges = dynamics.hinges(); hinges != nullptr) {
+  if (const HingedLine* hinges = dynamics.hinges(); hinges != nullptr && beam != nullptr) {
     summary.peaks.emplace_back("plastic_rotation", plastic_rotation(*hinges, *beam, dynamics.time()));
   }
   if (const FieldErrors* errors = output.field_errors(); errors != nullptr) {

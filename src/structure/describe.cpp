@@ -8,9 +8,10 @@ namespace udar {
 
 void describe(Description& all, const BeamParameters& beam) {
   const auto& [segments, left, right, tension, point_masses, line_supports, mass_patches, plasticity] = beam;
+  static_cast<void>(segments);
   // Stresses follow the motion and do not shape it.
   const auto part = [&](std::string_view name, std::size_t index) {
-    all.add_each(name, segments, [index](const BeamSegment& segment) {
+    all.add_each(name, beam.segments, [index](const BeamSegment& segment) {
       const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, stress_unused, yields] = segment;
       static_cast<void>(modulus_unused);
       static_cast<void>(stress_unused);

@@ -52,7 +52,9 @@ std::vector<std::pair<std::string, std::unique_ptr<ContactLaw>>> all_laws() {
 std::vector<local::Problem> problems(const local::Stop& stop) {
   constexpr std::size_t kMasses = 1024;
   std::mt19937_64 generator{1};
-  const auto uniform = [&generator] { return static_cast<double>(generator()) / static_cast<double>(generator.max()); };
+  const auto uniform = [&generator] {
+    return static_cast<double>(generator()) / static_cast<double>(std::mt19937_64::max());
+  };
   std::vector<local::Problem> all(kMasses);
   for (local::Problem& problem : all) {
     problem.angle = 0.1;
@@ -80,6 +82,7 @@ void laws(MPI_Comm comm, PetscInt repeats) {
   }
   std::vector<double> back(stops.size());  // velocity of the masses in the mean [m/s]
   std::vector<Timed> times;
+  times.reserve(stops.size());
   for (const auto& [name, stop] : stops) {
     times.push_back({.body = [all = problems(stop), &own = back[times.size()]] {
       double sum = 0.0;
@@ -90,6 +93,7 @@ void laws(MPI_Comm comm, PetscInt repeats) {
     }});
   }
   std::vector<Timed*> order;
+  order.reserve(times.size());
   for (Timed& timed : times) {
     order.push_back(&timed);
   }

@@ -51,7 +51,7 @@ void read_range(const std::string& text, Variable& variable) {
 
 /// "1, 2, 3" or "2 8, 1 9"
 void read_list(const std::string& text, Variable& variable) {
-  for (std::string value : split(text, ',')) {
+  for (const std::string& value : split(text, ',')) {
     std::string joined;
     for (const std::string& word : split(value, ' ')) {
       joined += word.empty() ? "" : (joined.empty() ? "" : ",") + word;

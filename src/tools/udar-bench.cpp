@@ -442,6 +442,15 @@ PetscBool given_or_default_frequency() {
   return given;
 }
 
+/// What knows no structure. @param largest footprint of the triad [bytes per rank]
+void measure_parts(MPI_Comm comm, Kind kind, PetscInt largest, PetscInt repeats) {
+  if (kind == Kind::machine) {
+    bench::machine(comm, static_cast<std::size_t>(largest), repeats);
+  } else {
+    bench::laws(comm, repeats);
+  }
+}
+
 int run_bench(MPI_Comm comm) {
   app::register_types();
   petsc::check_petsc_options();
@@ -495,20 +504,14 @@ int run_bench(MPI_Comm comm) {
     group.choices<Rival>("-bench_petsc", rivals, kRivals, "PETSc's solvers that -bench_kind solve compares with");
     lists.read(group);
   }
-  if ((kind == Kind::machine || kind == Kind::contact) && !petsc::Session::help_requested()) {
+  if ((kind == Kind::machine || kind == Kind::contact || kind == Kind::laws) && !petsc::Session::help_requested()) {
     forget_frequency(frequency_given);
-    if (kind == Kind::machine) {
-      bench::machine(comm, static_cast<std::size_t>(largest), repeats);
-    } else {
+    if (kind == Kind::contact) {
       bench::contact(comm, lists, directory, repeats);
+    } else {
+      measure_parts(comm, kind, largest, repeats);
     }
     petsc::check_unknown_options(comm);
-    return 0;
-  }
-  if (kind == Kind::laws && !petsc::Session::help_requested()) {
-    forget_frequency(frequency_given);
-    petsc::check_unknown_options(comm);
-    bench::laws(comm, repeats);
     return 0;
   }
   if (kind == Kind::batch) {

@@ -64,6 +64,7 @@ long jump() {
 
 }  // namespace
 
+// NOLINTBEGIN(cppcoreguidelines-no-malloc): what `operator new` is made of
 void* operator new(size_t size) {
   void* const memory = is_short(size) ? nullptr : std::malloc(size);
   if (memory == nullptr) {
@@ -73,6 +74,7 @@ void* operator new(size_t size) {
 }
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, size_t /*size*/) noexcept { std::free(memory); }
+// NOLINTEND(cppcoreguidelines-no-malloc)
 
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" {

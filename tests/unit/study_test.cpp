@@ -196,7 +196,7 @@ TEST(Rebound, IsEmptyWithoutOne) {
 }
 
 TEST(Samples, FillEachStratumOnce) {
-  for (const std::size_t count : {1, 7, 1000}) {
+  for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{1000}}) {
     const Variable variable{.key = "x", .values = {}, .range = {2.0, 5.0}};
     std::vector<std::size_t> strata;
     for (const std::string& value : sampled(variable, Sampling::latin, count, 3, 0)) {
