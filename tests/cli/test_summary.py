@@ -131,7 +131,7 @@ class Page(UdarTest):
         shown = re.search(r"```\n(support  .*?)```", text, re.DOTALL).group(1).splitlines()
         done = self.run_case({"options_file": ROOT / "examples/01-falling-beam/case.yaml", "beam_elements": 80,
                               "contact_surface": "line", "filter_frequency": "auto", "filter_modes": 3,
-                              "ts_rtol": 1e-7, "ts_max_time": 0.75}, 2, name="01")
+                              "ts_rtol": 1e-7, "ts_max_time": 0.75}, name="01")
         page = page_of(done)
 
         def told(lines):
