@@ -6,7 +6,6 @@ envelope; several runs give gauges, energy and contacts in ./plots. A study of u
 axis, and work against precision, in DIR/plots, one of a design what its quantities follow and which runs nothing beats.
 """
 import argparse
-import os
 import pathlib
 import sys
 
@@ -16,16 +15,9 @@ from .networks import draw_deformation, draw_structure, read_network
 from .results import read_run
 from .studies import draw_study
 from .style import Pen
-from .tools import Parser, UserError
+from .tools import Parser, UserError, gauge_list, run_program
 
 MAX_GAUGES = 12      # panels that are still readable; more only when --gauges asks for them
-
-
-def number_list(text):
-    try:
-        return [int(part) for part in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of gauge numbers like 0,2,4") from None
 
 
 def format_list(text):
@@ -59,7 +51,7 @@ def parse(arguments):
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
     parser.add_argument("--output", metavar="DIR",
                         help="where the pictures go (default: RUN/plots; for several runs ./plots)")
-    parser.add_argument("--gauges", metavar="LIST", type=number_list,
+    parser.add_argument("--gauges", metavar="LIST", type=gauge_list,
                         help=f"numbers of the gauges to draw, like 0,2,4 (default: the first {MAX_GAUGES})")
     parser.add_argument("--format", metavar="LIST", type=format_list, default=["png", "svg"],
                         help="png, svg or png,svg (default: both)")
@@ -145,11 +137,4 @@ def draw_network(pen, run, network):
 
 
 def run():
-    """The program: errors of the user are one line on standard error and the exit code 2."""
-    try:
-        main(sys.argv[1:])
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (UserError, OSError) as problem:
-        print(f"udar-plot: {problem}", file=sys.stderr)
-        sys.exit(2)
+    run_program("udar-plot", main)

@@ -3,14 +3,12 @@ import argparse
 import dataclasses
 import json
 import math
-import os
-import sys
 
 from .comparing import compare
-from .tools import Parser, UserError
+from .tools import Parser, run_program
 
 MOST_ROWS = 20       # of a table, unless --all asks for every one
-WITHIN, BEYOND, FAILED = 0, 1, 2  # exit codes
+WITHIN, BEYOND = 0, 1  # exit codes; 2 of an error
 
 
 def tolerance_of(text):
@@ -140,11 +138,4 @@ def main(arguments):
 
 
 def run():
-    """The program: errors of the user are one line on standard error and the exit code 2."""
-    try:
-        sys.exit(main(sys.argv[1:]))
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (UserError, OSError) as problem:
-        print(f"udar-compare: {problem}", file=sys.stderr)
-        sys.exit(FAILED)
+    run_program("udar-compare", main)

@@ -1,6 +1,8 @@
-"""What every script needs: errors of one line, a parser that raises them, tables."""
+"""What every script needs: errors of one line, a parser that raises them, the way a program ends, tables."""
 import argparse
 import importlib
+import os
+import sys
 
 import numpy as np
 
@@ -12,6 +14,26 @@ class UserError(Exception):
 class Parser(argparse.ArgumentParser):
     def error(self, message):
         raise UserError(message)
+
+
+def gauge_list(text):
+    """Of an argument like 0,2,4."""
+    try:
+        return [int(part) for part in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of gauge numbers like 0,2,4") from None
+
+
+def run_program(name, main):
+    """A program, whose `main` gets the words of the command line and returns the exit code or None for 0: errors of the
+    user are one line on standard error and the exit code 2."""
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (UserError, OSError) as problem:
+        print(f"{name}: {problem}", file=sys.stderr)
+        sys.exit(2)
 
 
 def first_line(error):

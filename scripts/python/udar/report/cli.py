@@ -1,21 +1,12 @@
 """udar-report: one HTML file about a run of udar, or about several laid over each other, that needs nothing else."""
-import argparse
-import os
 import pathlib
 import sys
 
-from ..tools import Parser, UserError
+from ..tools import Parser, UserError, gauge_list, run_program
 from .gather import Gatherer
 from .page import render
 
 MOST_GAUGES = 12
-
-
-def number_list(text):
-    try:
-        return [int(part) for part in text.split(",")]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of gauge numbers like 0,2,4") from None
 
 
 def parse(arguments):
@@ -28,7 +19,7 @@ def parse(arguments):
     parser.add_argument("run", nargs="+", metavar="RUN", help="output folder of a run")
     parser.add_argument("--output", metavar="FILE",
                         help="the file to write (default: RUN/report.html; for several runs ./report.html)")
-    parser.add_argument("--gauges", metavar="LIST", type=number_list,
+    parser.add_argument("--gauges", metavar="LIST", type=gauge_list,
                         help=f"numbers of the gauges to show, like 0,2,4 (default: the first {MOST_GAUGES})")
     parser.add_argument("--title", metavar="TEXT", default="", help="the title (default: the names of the runs)")
     return parser.parse_args(arguments)
@@ -57,11 +48,4 @@ def main(arguments):
 
 
 def run():
-    """The program: errors of the user are one line on standard error and the exit code 2."""
-    try:
-        main(sys.argv[1:])
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (UserError, OSError) as problem:
-        print(f"udar-report: {problem}", file=sys.stderr)
-        sys.exit(2)
+    run_program("udar-report", main)
