@@ -47,7 +47,7 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
   }
   if (input.output.monitor_interval > 0.0) {
     add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval, input.strikers.size()));
-  } else if (input.output.page != PageForm::json) {
+  } else {
     add(std::make_unique<ProgressLine>(line.points().comm()));
   }
   dynamics.add_observer(checkpoint_);
