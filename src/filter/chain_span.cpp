@@ -2,13 +2,7 @@
 
 #include <algorithm>
 
-#if defined(__x86_64__)
-#define UDAR_TARGET(features) __attribute__((target(features)))
-#else
-#define UDAR_TARGET(features)
-#endif
-// What is inlined into a function compiled for one kind of processor is compiled for it too.
-#define UDAR_INLINE inline __attribute__((always_inline))
+#include "numerics/wide.hpp"
 
 namespace udar::chain {
 
@@ -122,74 +116,17 @@ Mode mode_of(const Span& span, const FilterColumn& column) {
   return column.force != nullptr || span.units().ground_ratio != 0.0 ? Mode::loaded : Mode::displacement;
 }
 
-/// W numbers side by side, and the same anywhere in memory.
-template <std::size_t W>
-struct Pack;
-template <>
-struct Pack<8> {
-  using Type = double __attribute__((vector_size(64)));
-  using Loose [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
-};
-template <>
-struct Pack<4> {
-  using Type = double __attribute__((vector_size(32)));
-  using Loose [[gnu::vector_size(32), gnu::aligned(8), gnu::may_alias]] = double;
-};
-template <>
-struct Pack<1> {
-  using Type = double;
-  using Loose = double;
-};
+using wide::load;
+using wide::store;
+using wide::transpose;
 
 template <std::size_t W>
-UDAR_INLINE void load(typename Pack<W>::Type& pack, const double* from) {
-  pack = *reinterpret_cast<const typename Pack<W>::Loose*>(from);
-}
-template <std::size_t W>
-UDAR_INLINE void store(double* to, const typename Pack<W>::Type& pack) {
-  *reinterpret_cast<typename Pack<W>::Loose*>(to) = pack;
-}
-template <std::size_t W>
-UDAR_INLINE void set(typename Pack<W>::Type& pack, std::size_t lane, double value) {
+UDAR_INLINE void set(wide::Pack<W>& pack, std::size_t lane, double value) {
   reinterpret_cast<double*>(&pack)[lane] = value;
 }
 
 // Every pack below is written before it is read; zeroing them first would cost as much as the work.
 // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init)
-
-/// Rows of W packs become columns.
-template <std::size_t W>
-UDAR_INLINE void transpose(typename Pack<W>::Type* r) {
-  using V = typename Pack<W>::Type;
-  if constexpr (W == 8) {
-    std::array<V, 8> t;
-    std::array<V, 8> s;
-    for (std::size_t k = 0; k < 8; k += 2) {
-      t[k] = __builtin_shufflevector(r[k], r[k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-      t[k + 1] = __builtin_shufflevector(r[k], r[k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
-    }
-    for (std::size_t k = 0; k < 8; k += 4) {
-      for (std::size_t q = k; q < k + 2; ++q) {
-        s[q] = __builtin_shufflevector(t[q], t[q + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-        s[q + 2] = __builtin_shufflevector(t[q], t[q + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-      }
-    }
-    for (std::size_t q = 0; q < 4; ++q) {
-      r[q] = __builtin_shufflevector(s[q], s[q + 4], 0, 1, 2, 3, 8, 9, 10, 11);
-      r[q + 4] = __builtin_shufflevector(s[q], s[q + 4], 4, 5, 6, 7, 12, 13, 14, 15);
-    }
-  } else if constexpr (W == 4) {
-    std::array<V, 4> t;
-    for (std::size_t k = 0; k < 4; k += 2) {
-      t[k] = __builtin_shufflevector(r[k], r[k + 1], 0, 4, 2, 6);
-      t[k + 1] = __builtin_shufflevector(r[k], r[k + 1], 1, 5, 3, 7);
-    }
-    for (std::size_t q = 0; q < 2; ++q) {
-      r[q] = __builtin_shufflevector(t[q], t[q + 2], 0, 1, 4, 5);
-      r[q + 2] = __builtin_shufflevector(t[q], t[q + 2], 2, 3, 6, 7);
-    }
-  }
-}
 
 /// So many numbers ahead is a page, where the processor's own prefetching ends.
 constexpr std::size_t kAhead = 512;
@@ -197,7 +134,7 @@ constexpr std::size_t kAhead = 512;
 /// Shown by B spans: weighted sums over their inner nodes. The weights are read once for all B.
 template <std::size_t W, std::size_t B, Mode Given>
 UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std::size_t first, Ends* shown) {
-  using V = typename Pack<W>::Type;
+  using V = wide::Pack<W>;
   const std::size_t inner = span.inner();
   const std::size_t pitch = span.key().elements;
   const Span::Units& units = span.units();
@@ -259,7 +196,7 @@ UDAR_INLINE void condense_some(const Span& span, const FilterColumn& column, std
 /// The recursion inside M * W spans side by side: from left to right, and back.
 template <std::size_t W, std::size_t M, Mode Given>
 struct LaneRecursion {
-  using V = typename Pack<W>::Type;
+  using V = wide::Pack<W>;
   using NodeBlock = std::array<std::array<V, 2 * W>, M>;  // of W nodes, two numbers each
   static constexpr bool kTarget = Given != Mode::displacement;
   static constexpr bool kMoment = Given == Mode::loaded_moment || Given == Mode::system;
@@ -540,14 +477,11 @@ void resolve_4(const Span& span, const FilterColumn& column, std::size_t first, 
 
 int native_lanes() {
 #if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512dq") != 0 &&
-      __builtin_cpu_supports("avx512vl") != 0) {
-    return 8;
-  }
-  return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0 ? 4 : 1;
+  constexpr int kNarrow = 1;  // without AVX2 packs of four gain nothing
 #else
-  return 4;
+  constexpr int kNarrow = 4;
 #endif
+  return wide::native() >= 4 ? wide::native() : kNarrow;
 }
 
 void condense(const Span& span, const FilterColumn& column, std::size_t first, std::size_t blocks, Ends* shown,

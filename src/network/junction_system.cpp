@@ -7,9 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "numerics/clones.hpp"
-
-#define UDAR_INLINE [[gnu::always_inline]] inline
+#include "numerics/wide.hpp"
 
 namespace udar::network {
 namespace {
@@ -17,73 +15,126 @@ namespace {
 constexpr std::size_t kPitch = JunctionSystem::kPitch;
 constexpr std::size_t kColumn = 6 * kPitch;  // numbers of a block
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-using Pack = double __attribute__((vector_size(64)));
-using Loose8 [[gnu::vector_size(64), gnu::aligned(8), gnu::may_alias]] = double;
 
-UDAR_INLINE Loose8& eight(double* from) {  // NOLINT(readability-non-const-parameter): written through
-  return *reinterpret_cast<Loose8*>(from);
-}
-UDAR_INLINE const Loose8& eight(const double* from) { return *reinterpret_cast<const Loose8*>(from); }
+// NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
+/// Six numbers and two that nobody reads, in as many registers as that takes.
+template <std::size_t W>
+struct Eight {
+  using Pack = wide::Pack<W>;
+  static constexpr std::size_t kParts = kPitch / W;
+  std::array<Pack, kParts> part;
+
+  UDAR_INLINE void load(const double* from) {
+    for (std::size_t p = 0; p < kParts; ++p) {
+      wide::load<W>(part[p], from + p * W);
+    }
+  }
+  UDAR_INLINE void store(double* to) const {
+    for (std::size_t p = 0; p < kParts; ++p) {
+      wide::store<W>(to + p * W, part[p]);
+    }
+  }
+  /// Adds column * factor.
+  UDAR_INLINE void add(const double* column, double factor) {
+    for (std::size_t p = 0; p < kParts; ++p) {
+      Pack own;
+      wide::load<W>(own, column + p * W);
+      part[p] += own * factor;
+    }
+  }
+  UDAR_INLINE void subtract(const double* column, double factor) {
+    for (std::size_t p = 0; p < kParts; ++p) {
+      Pack own;
+      wide::load<W>(own, column + p * W);
+      part[p] -= own * factor;
+    }
+  }
+  /// Adds column * values, one by one.
+  UDAR_INLINE void add(const double* column, const Eight& values) {
+    for (std::size_t p = 0; p < kParts; ++p) {
+      Pack own;
+      wide::load<W>(own, column + p * W);
+      part[p] += own * values.part[p];
+    }
+  }
+  /// Of the six.
+  [[nodiscard]] UDAR_INLINE double sum() const {
+    const auto s = [&](std::size_t k) __attribute__((always_inline)) { return part[k / W][k % W]; };
+    return ((s(0) + s(1)) + (s(2) + s(3))) + (s(4) + s(5));
+  }
+};
 
 /// c -= a b' for blocks column by column.
-UDAR_CLONES void subtract_product(double* c, const double* a, const double* b) {
+template <std::size_t W>
+UDAR_INLINE void subtract_blocks(double* c, const double* a, const double* b) {
   for (std::size_t column = 0; column < 6; ++column) {
-    Pack sum = eight(c + column * kPitch);
+    Eight<W> sum;
+    sum.load(c + column * kPitch);
     for (std::size_t m = 0; m < 6; ++m) {
-      sum -= eight(a + m * kPitch) * b[m * kPitch + column];
+      sum.subtract(a + m * kPitch, b[m * kPitch + column]);
     }
-    eight(c + column * kPitch) = sum;
+    sum.store(c + column * kPitch);
   }
+}
+void subtract_product(double* c, const double* a, const double* b) {
+  wide::run([&]<std::size_t W>() __attribute__((always_inline)) { subtract_blocks<W>(c, a, b); });
 }
 
 /// One column of the factor, both halves of a solve for `Count` right-hand sides.
-template <std::size_t Count>
+template <std::size_t W, std::size_t Count>
 UDAR_INLINE void times(const double* matrix, double* vector) {
   for (std::size_t c = 0; c < Count; ++c) {
     double* own = vector + c * kPitch;
-    Pack sum = eight(matrix) * own[0];
-    for (std::size_t m = 1; m < 6; ++m) {
-      sum += eight(matrix + m * kPitch) * own[m];
+    Eight<W> sum{};
+    for (std::size_t m = 0; m < 6; ++m) {
+      sum.add(matrix + m * kPitch, own[m]);
     }
-    eight(own) = sum;
+    sum.store(own);
   }
 }
 
-template <std::size_t Count>
+template <std::size_t W, std::size_t Count>
 UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::size_t count, const double* own,
                            double* values) {
   for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
     double* to = values + rows[r] * Count * kPitch;
     for (std::size_t c = 0; c < Count; ++c) {
-      Pack sum = eight(to + c * kPitch);
+      Eight<W> sum;
+      sum.load(to + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
-        sum -= eight(factor + m * kPitch) * own[c * kPitch + m];
+        sum.subtract(factor + m * kPitch, own[c * kPitch + m]);
       }
-      eight(to + c * kPitch) = sum;
+      sum.store(to + c * kPitch);
     }
   }
 }
 
-template <std::size_t Count>
+/// Of as many right-hand sides at a time as there are registers for their sums.
+template <std::size_t W, std::size_t Count>
 UDAR_INLINE void substitute(const double* factor, const std::size_t* rows, std::size_t count, double* own,
                             const double* values) {
-  std::array<std::array<Pack, 6>, Count> sums{};
-  for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
-    const double* from = values + rows[r] * Count * kPitch;
-    for (std::size_t c = 0; c < Count; ++c) {
-      const Pack value = eight(from + c * kPitch);
+  constexpr std::size_t kAtOnce = W == 8 ? Count : 1;
+  for (std::size_t first = 0; first < Count; first += kAtOnce) {
+    std::array<std::array<Eight<W>, 6>, kAtOnce> sums{};
+    for (std::size_t r = 0; r < count; ++r) {
+      const double* from = values + (rows[r] * Count + first) * kPitch;
+      const double* block = factor + r * kColumn;
+      for (std::size_t c = 0; c < kAtOnce; ++c) {
+        Eight<W> value;
+        value.load(from + c * kPitch);
+        for (std::size_t m = 0; m < 6; ++m) {
+          sums[c][m].add(block + m * kPitch, value);
+        }
+      }
+    }
+    for (std::size_t c = 0; c < kAtOnce; ++c) {
       for (std::size_t m = 0; m < 6; ++m) {
-        sums[c][m] += eight(factor + m * kPitch) * value;
+        own[(first + c) * kPitch + m] -= sums[c][m].sum();
       }
     }
   }
-  for (std::size_t c = 0; c < Count; ++c) {
-    for (std::size_t m = 0; m < 6; ++m) {
-      const Pack& s = sums[c][m];
-      own[c * kPitch + m] -= ((s[0] + s[1]) + (s[2] + s[3])) + (s[4] + s[5]);
-    }
-  }
 }
+// NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
 /// The factor by columns, as both halves read it.
 struct Columns {
@@ -94,47 +145,40 @@ struct Columns {
   std::size_t count;
 };
 
-template <std::size_t Count>
+template <std::size_t W, std::size_t Count>
 UDAR_INLINE void forward_all(const Columns& all, double* values) {
   for (std::size_t j = 0; j < all.count; ++j) {
     double* own = values + j * Count * kPitch;
-    times<Count>(all.diagonal + j * kColumn, own);
-    eliminate<Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j], own,
-                     values);
+    times<W, Count>(all.diagonal + j * kColumn, own);
+    eliminate<W, Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+                        own, values);
   }
 }
-template <std::size_t Count>
+template <std::size_t W, std::size_t Count>
 UDAR_INLINE void backward_all(const Columns& all, double* values) {
   for (std::size_t j = all.count; j-- > 0;) {
     double* own = values + j * Count * kPitch;
-    substitute<Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
-                      own, values);
-    times<Count>(all.diagonal + j * kColumn, own);
+    substitute<W, Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+                         own, values);
+    times<W, Count>(all.diagonal + j * kColumn, own);
   }
 }
-UDAR_CLONES void forward_some(const Columns& all, double* values, std::size_t columns) {
-  switch (columns) {
-    case 1:
-      return forward_all<1>(all, values);
-    case 2:
-      return forward_all<2>(all, values);
-    case 3:
-      return forward_all<3>(all, values);
-    default:
-      return forward_all<4>(all, values);
-  }
-}
-UDAR_CLONES void backward_some(const Columns& all, double* values, std::size_t columns) {
-  switch (columns) {
-    case 1:
-      return backward_all<1>(all, values);
-    case 2:
-      return backward_all<2>(all, values);
-    case 3:
-      return backward_all<3>(all, values);
-    default:
-      return backward_all<4>(all, values);
-  }
+
+/// Calls `half` as wide as the processor, for so many right-hand sides.
+template <class Half>
+void for_columns(std::size_t columns, const Half& half) {
+  wide::run([&]<std::size_t W>() __attribute__((always_inline)) {
+    switch (columns) {
+      case 1:
+        return half.template operator()<W, 1>();
+      case 2:
+        return half.template operator()<W, 2>();
+      case 3:
+        return half.template operator()<W, 3>();
+      default:
+        return half.template operator()<W, 4>();
+    }
+  });
 }
 
 /// Inverse of the Cholesky factor of a symmetric block; a pivot that is rounding of its diagonal is none.
@@ -359,13 +403,15 @@ void JunctionSystem::add_kept_diagonal(const std::vector<Entries>& diagonal) {
 void JunctionSystem::forward(std::span<double> values, std::size_t columns) const {
   const Columns all{first_.data(), rows_.data(), values_.data(), inverse_.empty() ? nullptr : inverse_.front().data(),
                     eliminated_};
-  forward_some(all, values.data(), columns);
+  for_columns(columns, [&]<std::size_t W, std::size_t Count>()
+                           __attribute__((always_inline)) { forward_all<W, Count>(all, values.data()); });
 }
 
 void JunctionSystem::backward(std::span<double> values, std::size_t columns) const {
   const Columns all{first_.data(), rows_.data(), values_.data(),
                     transposed_.empty() ? nullptr : transposed_.front().data(), eliminated_};
-  backward_some(all, values.data(), columns);
+  for_columns(columns, [&]<std::size_t W, std::size_t Count>()
+                           __attribute__((always_inline)) { backward_all<W, Count>(all, values.data()); });
 }
 
 }  // namespace udar::network

@@ -1,5 +1,5 @@
 #include "network/packs.hpp"
-#include "numerics/clones.hpp"
+#include "numerics/wide.hpp"
 
 namespace udar::network {
 namespace {
@@ -8,12 +8,14 @@ using namespace packs;
 
 // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
 /// Along the nodes of a pack with their angles about its axis: what `Walk` is of displacements.
-template <bool Full, bool Loaded, bool Equal, class Number>
+template <std::size_t W, bool Full, bool Loaded, bool Equal, class Number>
 struct TurningWalk {
+  using Pack = wide::Pack<W>;
   static constexpr bool kFull = Full;
   static constexpr bool kLoaded = Loaded;
   static constexpr bool kEqual = Equal;
 
+  Side<W> pack;
   TurningView<Number> tables;
   const Placement& frame;
   const Sweep& given;
@@ -28,9 +30,9 @@ struct TurningWalk {
       target[0] = ends[1];
       return;
     }
-    load<Full>(target[0], given.angle, frame.first + i * frame.lanes, frame);
+    pack.template load<Full>(target[0], given.angle, pack.node(frame, i), frame);
     if constexpr (Loaded) {
-      load<Full>(target[1], given.torque, frame.first + i * frame.lanes, frame);
+      pack.template load<Full>(target[1], given.torque, pack.node(frame, i), frame);
       target[1] *= compliance;
       if constexpr (!Equal) {
         target[1] = pack(tables.nodes[i].inverse) * target[1];
@@ -58,6 +60,8 @@ struct TurningWalk {
 
 template <class Walk>
 UDAR_INLINE void condense_turning_pack(const Walk& walk, Condensed& condensed) {
+  using Pack = typename Walk::Pack;
+  const auto& pack = walk.pack;
   std::array<Pack, 2> shown{};
   std::array<Pack, 2> left{walk.ends[0], Pack{}};
   std::array<Pack, 2> right;
@@ -75,19 +79,23 @@ UDAR_INLINE void condense_turning_pack(const Walk& walk, Condensed& condensed) {
 
 /// Adds the rotation about the axis to those across it.
 template <class Walk>
-UDAR_INLINE void turn_about(const Walk& walk, std::size_t at, const Pack& angle) {
+UDAR_INLINE void turn_about(const Walk& walk, std::size_t at, const typename Walk::Pack& angle) {
+  using Pack = typename Walk::Pack;
+  const auto& pack = walk.pack;
   const Placement& frame = walk.frame;
   std::size_t k = 0;
   for (double* rotation : {walk.given.rotation.x, walk.given.rotation.y, walk.given.rotation.z}) {
     Pack value;
-    load<Walk::kFull>(value, rotation, at, frame);
+    pack.template load<Walk::kFull>(value, rotation, at, frame);
     value += pack(frame.axes[0][k++]) * angle;
-    store<Walk::kFull>(rotation + at, value, frame.lanes);
+    pack.template store<Walk::kFull>(rotation + at, value, frame);
   }
 }
 
 template <class Walk>
 UDAR_INLINE void resolve_turning_pack(const Walk& walk, const Bounds& bounds) {
+  using Pack = typename Walk::Pack;
+  const auto& pack = walk.pack;
   constexpr bool kFull = Walk::kFull;
   const Placement& frame = walk.frame;
   Pack state = pack(bounds.spin);
@@ -100,12 +108,12 @@ UDAR_INLINE void resolve_turning_pack(const Walk& walk, const Bounds& bounds) {
     walk.rise(i, right, left, rise);
     walk.stretched(i, rise);
     state = i == 0 ? state - rise : pack(walk.tables.releases[i - 1]) * state - rise;
-    store<kFull>(walk.given.twist + frame.first + i * frame.lanes, state, frame.lanes);
+    pack.template store<kFull>(walk.given.twist + pack.node(frame, i), state, frame);
     left = right;
   }
   for (std::size_t i = walk.inner; i-- > 0;) {
-    const std::size_t at = frame.first + i * frame.lanes;
-    load<kFull>(state, walk.given.twist, at, frame);
+    const std::size_t at = pack.node(frame, i);
+    pack.template load<kFull>(state, walk.given.twist, at, frame);
     state = pack(walk.tables.releases[i]) * state + pack(walk.tables.keeps[i]) * torque;
     if constexpr (Walk::kEqual) {
       torque -= state;
@@ -116,7 +124,7 @@ UDAR_INLINE void resolve_turning_pack(const Walk& walk, const Bounds& bounds) {
     if constexpr (Walk::kLoaded) {
       state += right[1];
     }
-    store<kFull>(walk.given.twist + at, state, frame.lanes);
+    pack.template store<kFull>(walk.given.twist + at, state, frame);
     if (walk.given.rotation.x != nullptr) {
       turn_about(walk, at, right[0] + state);
     }
@@ -130,124 +138,106 @@ struct TurningTask {
 };
 
 /// Components along the axes of the rotations at both ends in what junctions have: of the masses, or beside them.
-UDAR_INLINE void turned_ends(const Placement& frame, const double* from, std::size_t pitch,
-                             std::array<std::array<Pack, 3>, 2>& own) {
-  std::array<std::array<Pack, 3>, 2> global;
-  gather<3>(frame, from + 3, pitch, global);
+template <std::size_t W>
+UDAR_INLINE void turned_ends(const Side<W>& pack, const Placement& frame, const double* from, std::size_t pitch,
+                             std::array<std::array<wide::Pack<W>, 3>, 2>& own) {
+  std::array<std::array<wide::Pack<W>, 6>, 2> global;
+  pack.template gather<6>(frame, from, pitch, global);
   for (std::size_t end = 0; end < 2; ++end) {
     for (std::size_t k = 0; k < 3; ++k) {
-      along(frame.axes[k], global[end], own[end][k]);
+      pack.along(frame.axes[k], {global[end][3], global[end][4], global[end][5]}, own[end][k]);
     }
   }
 }
 
-template <bool Full, bool Loaded, bool Equal, class Number, class Run>
-UDAR_INLINE void turn_inside(const TurningTask& task, const TurningView<Number>& read, const Run& run) {
-  std::array<std::array<Pack, 3>, 2> ends;
-  turned_ends(task.frame, task.sweep.place, task.sweep.pitch, ends);
-  run(TurningWalk<Full, Loaded, Equal, Number>{.tables = read,
-                                               .frame = task.frame,
-                                               .given = task.sweep,
-                                               .ends = {ends[0][0], ends[1][0]},
-                                               .inner = task.tables.inner(),
-                                               .compliance = 1.0 / task.tables.turning_stiffness()});
+template <bool Full, bool Loaded, bool Equal, std::size_t W, class Number, class Run>
+UDAR_INLINE void turn_inside(const Side<W>& pack, const TurningTask& task, const TurningView<Number>& read,
+                             const Run& run) {
+  std::array<std::array<wide::Pack<W>, 3>, 2> ends;
+  turned_ends(pack, task.frame, task.sweep.place, task.sweep.pitch, ends);
+  run(TurningWalk<W, Full, Loaded, Equal, Number>{.pack = pack,
+                                                  .tables = read,
+                                                  .frame = task.frame,
+                                                  .given = task.sweep,
+                                                  .ends = {ends[0][0], ends[1][0]},
+                                                  .inner = task.tables.inner(),
+                                                  .compliance = 1.0 / task.tables.turning_stiffness()});
 }
 
-template <bool Full, bool Loaded, class Run>
-UDAR_INLINE void turn_loaded(const TurningTask& task, const Run& run) {
+template <bool Full, bool Loaded, std::size_t W, class Run>
+UDAR_INLINE void turn_loaded(const Side<W>& pack, const TurningTask& task, const Run& run) {
   if (task.frame.own != nullptr) {
-    turn_inside<Full, Loaded, false>(task, task.frame.own->turning(), run);
+    turn_inside<Full, Loaded, false>(pack, task, task.frame.own->turning(), run);
   } else if (task.tables.spacing().elements.empty()) {
-    turn_inside<Full, Loaded, true>(task, turning_of(task.tables), run);
+    turn_inside<Full, Loaded, true>(pack, task, turning_of(task.tables), run);
   } else {
-    turn_inside<Full, Loaded, false>(task, turning_of(task.tables), run);
+    turn_inside<Full, Loaded, false>(pack, task, turning_of(task.tables), run);
   }
 }
 
-template <bool Full, class Run>
-UDAR_INLINE void turn_any(const TurningTask& task, const Run& run) {
-  task.sweep.torque != nullptr ? turn_loaded<Full, true>(task, run) : turn_loaded<Full, false>(task, run);
+template <bool Full, std::size_t W, class Run>
+UDAR_INLINE void turn_full(const Side<W>& pack, const TurningTask& task, const Run& run) {
+  task.sweep.torque != nullptr ? turn_loaded<Full, true>(pack, task, run) : turn_loaded<Full, false>(pack, task, run);
 }
 
-template <bool Full>
-UDAR_INLINE void condense_turning_any(const TurningTask& task, Condensed& condensed) {
-  turn_any<Full>(task,
-                 [&](const auto& walk) __attribute__((always_inline)) { condense_turning_pack(walk, condensed); });
-}
-template <bool Full>
-UDAR_INLINE void resolve_turning_any(const TurningTask& task, const Bounds& bounds) {
-  turn_any<Full>(task, [&](const auto& walk) __attribute__((always_inline)) { resolve_turning_pack(walk, bounds); });
-}
-
-UDAR_CLONES void condense_turning_full(const TurningTask& task, Condensed& condensed) {
-  condense_turning_any<true>(task, condensed);
-}
-UDAR_CLONES void condense_turning_part(const TurningTask& task, Condensed& condensed) {
-  condense_turning_any<false>(task, condensed);
-}
-UDAR_CLONES void resolve_turning_full(const TurningTask& task, const Bounds& bounds) {
-  resolve_turning_any<true>(task, bounds);
-}
-UDAR_CLONES void resolve_turning_part(const TurningTask& task, const Bounds& bounds) {
-  resolve_turning_any<false>(task, bounds);
-}
-
-UDAR_CLONES void turn_rises(const TurningTask& task, Condensed& condensed) {
-  const double h = task.tables.element_length();
-  std::array<std::array<Pack, 3>, 2> ends;
-  turned_ends(task.frame, task.sweep.place, task.sweep.pitch, ends);
-  for (std::size_t end = 0; end < 2; ++end) {
-    pack(condensed.rise[0][end]) -= h * ends[end][2];
-    pack(condensed.rise[1][end]) += h * ends[end][1];
-  }
-}
-
-UDAR_CLONES void push_turning_of(const TurningTask& task, const Condensed& condensed) {
-  for (std::size_t end = 0; end < 2; ++end) {
-    const Pack moment = task.tables.turning_stiffness() * pack(condensed.turning[end]);
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Pack about = pack(task.frame.axes[0][k]) * moment;
-      for (std::size_t lane = 0; lane < task.frame.lanes; ++lane) {
-        task.sweep.value[task.frame.slot[end][lane] * task.sweep.pitch + 3 + k] += about[lane];
-      }
-    }
-  }
-}
-
-UDAR_CLONES void bound_turning(const TurningTask& task, const Condensed& condensed, Bounds& bounds) {
-  const AxialTable& turning = task.tables.turning();
-  std::array<std::array<Pack, 3>, 2> ends;
-  turned_ends(task.frame, task.sweep.value, task.sweep.pitch, ends);
-  pack(bounds.spin) = ends[0][0];
-  pack(bounds.torque) =
-      turning.stiffness[1] * ends[0][0] + turning.stiffness[2] * ends[1][0] - pack(condensed.turning[1]);
-  pack(bounds.twist) = pack(bounds.twist_rise) = Pack{};
+template <std::size_t W, class Run>
+UDAR_INLINE void turn_any(const Side<W>& pack, const TurningTask& task, const Run& run) {
+  pack.members(task.frame) == W ? turn_full<true>(pack, task, run) : turn_full<false>(pack, task, run);
 }
 // NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
 }  // namespace
 
-void condense_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed) {
-  const TurningTask task{tables, pack, sweep};
-  pack.lanes == kLanes ? condense_turning_full(task, condensed) : condense_turning_part(task, condensed);
+void condense_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, Condensed& condensed) {
+  for_sides(frame, [&](const auto& pack) __attribute__((always_inline)) {
+    turn_any(pack, {tables, frame, sweep},
+             [&](const auto& walk) __attribute__((always_inline)) { condense_turning_pack(walk, condensed); });
+  });
 }
 
-void resolve_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds) {
-  const TurningTask task{tables, pack, sweep};
-  pack.lanes == kLanes ? resolve_turning_full(task, bounds) : resolve_turning_part(task, bounds);
+void resolve_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Bounds& bounds) {
+  for_sides(frame, [&](const auto& pack) __attribute__((always_inline)) {
+    turn_any(pack, {tables, frame, sweep},
+             [&](const auto& walk) __attribute__((always_inline)) { resolve_turning_pack(walk, bounds); });
+  });
 }
 
-void turn_ends(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed) {
-  turn_rises({tables, pack, sweep}, condensed);
+void turn_ends(const MemberTables& tables, const Placement& frame, const Sweep& sweep, Condensed& condensed) {
+  const double h = tables.element_length();
+  for_sides(frame, [&]<std::size_t W>(const Side<W>& pack) __attribute__((always_inline)) {
+    std::array<std::array<wide::Pack<W>, 3>, 2> ends;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+    turned_ends(pack, frame, sweep.place, sweep.pitch, ends);
+    for (std::size_t end = 0; end < 2; ++end) {
+      pack(condensed.rise[0][end]) -= h * ends[end][2];
+      pack(condensed.rise[1][end]) += h * ends[end][1];
+    }
+  });
 }
 
-void push_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed) {
-  push_turning_of({tables, pack, sweep}, condensed);
+void push_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Condensed& condensed) {
+  for_sides(frame, [&]<std::size_t W>(const Side<W>& pack) __attribute__((always_inline)) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      const wide::Pack<W> moment = tables.turning_stiffness() * pack(condensed.turning[end]);
+      std::array<wide::Pack<W>, 6> about{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        about[3 + k] = pack(frame.axes[0][k]) * moment;
+      }
+      pack.scatter(frame, end, about, sweep.value, sweep.pitch);
+    }
+  });
 }
 
-void find_turning_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+void find_turning_bounds(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
                          const Condensed& condensed, Bounds& bounds) {
-  bound_turning({tables, pack, sweep}, condensed, bounds);
+  const AxialTable& turning = tables.turning();
+  for_sides(frame, [&]<std::size_t W>(const Side<W>& pack) __attribute__((always_inline)) {
+    std::array<std::array<wide::Pack<W>, 3>, 2> ends;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+    turned_ends(pack, frame, sweep.value, sweep.pitch, ends);
+    pack(bounds.spin) = ends[0][0];
+    pack(bounds.torque) =
+        turning.stiffness[1] * ends[0][0] + turning.stiffness[2] * ends[1][0] - pack(condensed.turning[1]);
+    pack(bounds.twist) = pack(bounds.twist_rise) = wide::Pack<W>{};
+  });
 }
 
 }  // namespace udar::network

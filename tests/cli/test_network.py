@@ -272,6 +272,23 @@ class Sources(NetworkTest):
             self.assertLess(np.abs(one[column] - two[column]).max(), 1e-10, column)
         self.assertGreater(np.ptp(one["mass_0"]), 5e-4, "it falls")
 
+    def test_a_run_is_the_same_in_registers_of_any_width(self):
+        """As far as the processor has them; partial packs, twist, and masses of a beam that meet a floor."""
+        net = {**RUN, "network_grillage": "3,4", "network_elements": 5, "rotary_inertia": True,
+               "support_position": "0,2", "support_height": -1e-3, "ts_max_time": 0.016,
+               "gauge_junction": "1 0 1,0 0 2"}
+        beam = {"beam_length": 10, "beam_elements": 50, "beam_radius": 0.1, "initial_height": 1e-3, "floor": True,
+                "initial_slope": 1e-4, "filter_frequency": 200, "ts_max_time": 0.04, "output_interval": 0.004,
+                "ts_type": "impact", "contact_restitution": 0.5, "gauge_position": "1.1,7"}
+        for name, options in (("net", net), ("beam", beam)):
+            narrow, *wider = (
+                self.run_case(options, name=f"{name}{lanes}", environment=[("UDAR_LANES", lanes)]).csv("gauges.csv")
+                for lanes in ("2", "4", "8"))
+            self.assertGreater(np.ptp(narrow["velocity_1"]), 0.01, name)  # they meet
+            for other in wider:
+                for column, values in narrow.items():
+                    self.assertLess(np.abs(values - other[column]).max(), 1e-9 * np.abs(values).max(), column)
+
     def test_a_lattice_is_what_its_numbers_say(self):
         options = {**RUN, "network_lattice": "3,2,4", "network_spacing": "1,2,0.5", "network_elements": 2,
                    "network_section": "rectangle", "network_section_width": 0.1, "network_section_height": 0.2,
