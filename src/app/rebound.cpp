@@ -55,7 +55,7 @@ void ReboundSearch::add(const Row& row, std::optional<double> first_contact) {
 }
 
 Rebound ReboundSearch::found() const {
-  if (!impact_) {
+  if (!impact_ || impact_->velocity == 0.0) {
     return {};
   }
   if (best_ == 0.0) {

@@ -75,6 +75,12 @@ class Page(UdarTest):
         self.assertAlmostEqual(summary["rebound_velocity"], 0.6 * speed, delta=1e-6 * speed)
         self.assertLess(summary["max_deflection"], 1e-9)
 
+    def test_what_lay_on_its_supports_has_no_rebound(self):
+        lying = self.run_case(case(initial_height=0, ts_max_time=0.05), name="lying")
+        self.assertIsNone(lying.summary()["impact_velocity"])
+        self.assertGreater(lying.summary()["peak_support_force"][0], 0)
+        self.assertNotIn("rebound", "\n".join(page_of(lying)))
+
     def test_deflection_of_a_held_beam_is_its_displacement(self):
         """A pinned beam under a sudden load at its middle swings to twice the static sag."""
         load, length = 1000.0, 10.0

@@ -10,7 +10,8 @@ namespace udar::app {
 
 /// @brief How the structure leaves its first contact.
 struct Rebound {
-  std::optional<double> impact;        ///< velocity with which the centre of mass came [m/s], y up; empty: it did not
+  std::optional<double>
+      impact;  ///< velocity with which the centre of mass came [m/s], y up; empty: it lay there, or did not
   std::optional<double> velocity;      ///< [m/s]; empty if it does not leave
   std::optional<double> contact_time;  ///< from the first contact to the row at which that velocity is reached [s]
 };
