@@ -1,7 +1,8 @@
 """Networks: a lattice that falls, on all ranks, and solves of nets whose members grow with the ranks.
 
-A solve on P ranks is the members' sweeps, the product with a rank's rows of the interface's inverse, and two messages
-of all ranks. The first is measured on one rank; the others are counted and take what the machine block says they cost.
+A solve on P ranks is the members' sweeps, the product with a rank's rows of the interface's inverse, and a message of
+all ranks; one to neighbours travels meanwhile. The first is measured on one rank; the others are counted and take what
+the machine block says they cost.
 """
 
 import math
@@ -76,7 +77,7 @@ class Model:
             rows = NUMBERS * min(interface, 2.0 * interface / ranks)
             found["interface"] = 2.0 * rows * NUMBERS * interface / block["flops_per_rank"]
             told = 8.0 * (NUMBERS + NUMBERS / 2.0) * interface / block["message"]["bandwidth"]
-            found["messages"] = 2.0 * block["gather_seconds"]["median"] * math.log2(ranks) / math.log2(like) + told
+            found["messages"] = block["gather_seconds"]["median"] * math.log2(ranks) / math.log2(like) + told
         return found
 
     def seconds(self, entry):

@@ -20,7 +20,6 @@ NetworkInterface::NetworkInterface(const Network& network) : network_{&network} 
       at[end.junction].push_back(network.member_ranks()[member]);
     }
   }
-  std::vector<std::vector<std::size_t>> owned(ranks);
   std::vector<std::vector<std::size_t>> touched(ranks);
   for (std::size_t junction = 0; junction < at.size(); ++junction) {
     std::vector<int>& who = at[junction];
@@ -35,7 +34,7 @@ NetworkInterface::NetworkInterface(const Network& network) : network_{&network} 
       }
       continue;
     }
-    owned[static_cast<std::size_t>(owner)].push_back(junctions_.size());
+    list_neighbours(junction, owner, who);
     for (const int rank : who) {
       touched[static_cast<std::size_t>(rank)].push_back(junctions_.size());
     }
@@ -44,8 +43,24 @@ NetworkInterface::NetworkInterface(const Network& network) : network_{&network} 
       shared_.push_back(junction);
     }
   }
-  owned_ = exchange_of(owned);
   touched_ = exchange_of(touched);
+}
+
+void NetworkInterface::list_neighbours(std::size_t junction, int owner, const std::vector<int>& who) {
+  if (owner == network_->rank()) {
+    for (const int rank : who) {
+      if (rank != owner) {
+        neighbour(rank).owned.push_back(junction);
+      }
+    }
+  } else if (std::ranges::binary_search(who, network_->rank())) {
+    neighbour(owner).lacked.push_back(junction);
+  }
+}
+
+NetworkInterface::Neighbour& NetworkInterface::neighbour(int rank) {
+  const auto known = std::ranges::find(neighbours_, rank, &Neighbour::rank);
+  return known != neighbours_.end() ? *known : neighbours_.emplace_back(Neighbour{.rank = rank});
 }
 
 NetworkInterface::Exchange NetworkInterface::exchange_of(const std::vector<std::vector<std::size_t>>& lists) {
@@ -96,32 +111,46 @@ bool NetworkInterface::invert(std::span<const double> schur) {
 }
 
 /// All ranks' numbers into `gathered_`, `width` a junction.
-void NetworkInterface::gather(const Exchange& exchange, std::size_t width, std::span<const double> shown) {
-  std::vector<int> counts = exchange.counts;
-  std::vector<int> starts = exchange.starts;
+void NetworkInterface::gather(std::size_t width, std::span<const double> shown) {
+  std::vector<int> counts = touched_.counts;
+  std::vector<int> starts = touched_.starts;
   for (std::size_t rank = 0; rank < counts.size(); ++rank) {
     counts[rank] *= static_cast<int>(width);
     starts[rank] *= static_cast<int>(width);
   }
-  gathered_.resize(exchange.which.size() * width);
+  gathered_.resize(touched_.which.size() * width);
   MPI_Allgatherv(shown.data(), static_cast<int>(shown.size()), MPI_DOUBLE, gathered_.data(), counts.data(),
                  starts.data(), MPI_DOUBLE, network_->comm());
 }
 
-void NetworkInterface::spread(std::size_t width, const std::function<void(std::size_t junction, double* values)>& value,
-                              const std::function<void(std::size_t junction, const double* values)>& take) {
-  const auto rank = static_cast<std::size_t>(network_->rank());
-  const auto first = static_cast<std::size_t>(owned_.starts[rank]);
-  const auto count = static_cast<std::size_t>(owned_.counts[rank]);
-  shown_.resize(count * width);
-  for (std::size_t k = 0; k < count; ++k) {
-    value(junctions_[owned_.which[first + k]], shown_.data() + k * width);
+void NetworkInterface::send(std::size_t width, const std::function<void(std::size_t junction, double* values)>& value) {
+  constexpr int kTag = 1;
+  for (Neighbour& other : neighbours_) {
+    if (!other.lacked.empty()) {
+      other.received.resize(other.lacked.size() * width);
+      MPI_Irecv(other.received.data(), static_cast<int>(other.received.size()), MPI_DOUBLE, other.rank, kTag,
+                network_->comm(), &requests_.emplace_back());
+    }
   }
-  gather(owned_, width, shown_);
-  for (std::size_t k = 0; k < owned_.which.size(); ++k) {
-    const std::size_t junction = junctions_[owned_.which[k]];
-    if (std::ranges::binary_search(shared_, junction)) {
-      take(junction, gathered_.data() + k * width);
+  for (Neighbour& other : neighbours_) {
+    if (!other.owned.empty()) {
+      other.sent.resize(other.owned.size() * width);
+      for (std::size_t k = 0; k < other.owned.size(); ++k) {
+        value(other.owned[k], other.sent.data() + k * width);
+      }
+      MPI_Isend(other.sent.data(), static_cast<int>(other.sent.size()), MPI_DOUBLE, other.rank, kTag, network_->comm(),
+                &requests_.emplace_back());
+    }
+  }
+}
+
+void NetworkInterface::receive(std::size_t width,
+                               const std::function<void(std::size_t junction, const double* values)>& take) {
+  MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+  requests_.clear();
+  for (const Neighbour& other : neighbours_) {
+    for (std::size_t k = 0; k < other.lacked.size(); ++k) {
+      take(other.lacked[k], other.received.data() + k * width);
     }
   }
 }
@@ -129,7 +158,7 @@ void NetworkInterface::spread(std::size_t width, const std::function<void(std::s
 void NetworkInterface::solve(std::span<double> values, std::size_t columns) {
   const std::size_t width = 6 * columns;
   const std::size_t pitch = inverse_.pitch();
-  gather(touched_, width, values);
+  gather(width, values);
   sums_.assign(pitch * columns, 0.0);
   for (std::size_t k = 0; k < touched_.which.size(); ++k) {
     for (std::size_t i = 0; i < width; ++i) {

@@ -135,6 +135,7 @@ void NetworkMembers::place(const std::function<std::size_t(std::size_t junction)
     for (std::size_t lane = 0; lane < network::kLanes; ++lane) {
       const std::size_t number = given.member.at(lane);
       place_lane(group.place, lane, number);
+      group.shared = group.shared || network_->ends_elsewhere(number);
       for (std::size_t end = 0; end < 2; ++end) {
         const std::size_t at = given.span.at(lane) + end;  // spans before it
         group.place.slot[end][lane] = at == 0 ? slot(members[number].ends[0].junction)
@@ -242,18 +243,28 @@ void NetworkMembers::bound(const network::MemberTables& tables, const network::P
   }
 }
 
-void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column) {
+void NetworkMembers::condense(const network::Sweep& sweep, std::size_t column, bool shared) {
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [place, tables, whole, own] = groups_[g];
-    network::Condensed& condensed = condensed_[column * groups_.size() + g];
-    network::condense(*tables, place, sweep, condensed);
-    if (sweep.angle != nullptr) {
-      network::condense_turning(*tables, place, sweep, condensed);
+    const Group& group = groups_[g];
+    if (group.shared != shared) {
+      continue;
     }
-    if (whole) {
-      push(*tables, place, sweep, condensed);
+    network::Condensed& condensed = condensed_[column * groups_.size() + g];
+    network::condense(*group.tables, group.place, sweep, condensed);
+    if (sweep.angle != nullptr) {
+      network::condense_turning(*group.tables, group.place, sweep, condensed);
+    }
+    if (group.whole) {
+      push(*group.tables, group.place, sweep, condensed);
     }
   }
+  if (shared) {
+    condense_cut(sweep, column);
+  }
+}
+
+/// When all spans are.
+void NetworkMembers::condense_cut(const network::Sweep& sweep, std::size_t column) {
   const std::size_t first = column * cut_ends_.size();
   for (const CutMember& member : cut_) {
     tables_[network_->kind(member.number)].joints->condense(lanes_of(member, column), nodes_of(member, sweep),
@@ -275,13 +286,13 @@ void NetworkMembers::resolve(const network::Sweep& sweep, std::size_t column) {
     write_nodes(member, nodes, sweep);
   }
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const auto& [place, tables, whole, own] = groups_[g];
-    if (whole) {
-      bound(*tables, place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
+    const Group& group = groups_[g];
+    if (group.whole) {
+      bound(*group.tables, group.place, sweep, condensed_[column * groups_.size() + g], bounds_[g]);
     }
-    network::resolve(*tables, place, sweep, bounds_[g]);
+    network::resolve(*group.tables, group.place, sweep, bounds_[g]);
     if (sweep.angle != nullptr) {
-      network::resolve_turning(*tables, place, sweep, bounds_[g]);
+      network::resolve_turning(*group.tables, group.place, sweep, bounds_[g]);
     }
   }
 }

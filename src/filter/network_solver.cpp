@@ -225,6 +225,13 @@ void NetworkSolver::factor() {
               ": nothing holds its " + kUnknowns[loose.unknown] + ": the structure is a mechanism";
   }
   throw_together<InputError>(network_->comm(), failure);
+  for (std::size_t j = 0; j < junctions_.size(); ++j) {
+    for (std::size_t k = 0; k < 6; ++k) {
+      if (held_[j][k]) {
+        held_unknowns_.push_back({system_->place(j), k});
+      }
+    }
+  }
   if (!interface_.empty() && !interface_.invert(system_->schur())) {
     throw InputError{"network: nothing holds an unknown where ranks meet: the structure is a mechanism"};
   }
@@ -242,13 +249,17 @@ void NetworkSolver::solve(std::span<const FilterColumn> columns, std::span<const
 
 void NetworkSolver::solve_batch(std::span<const FilterColumn> columns, std::span<const double> load) {
   find_places(columns);
+  send_places(columns);
   load_own(columns);
   for (std::size_t i = 0; i < load.size(); ++i) {
     const std::size_t c = i / (6 * junctions_.size());
     const std::size_t junction = i / 6 % junctions_.size();
     values_[(system_->place(junction) * columns.size() + c) * JunctionSystem::kPitch + i % 6] += load[i];
   }
-  condense_members(columns);
+  members_.prepare(columns.size());
+  condense_members(columns, false);
+  receive_places(columns.size());
+  condense_members(columns, true);
   solve_junctions(columns.size());
   resolve_members(columns);
   const std::size_t points = network_->points().coordinates();
@@ -274,57 +285,62 @@ void NetworkSolver::take_moments(std::span<double> rotation, std::span<double> l
   }
 }
 
-/// Displacements of the masses at the local junctions: own ones, and those of the interface from whoever has them.
+/// What the masses of a local node do: displacement, with rotary inertia the rotation, in global axes.
+std::array<double, 6> NetworkSolver::moved(const FilterColumn& column, std::size_t i) const {
+  const auto given = triple_of(column.displacement, network_->nodes());
+  std::array<double, 6> all{given.x[i], given.y[i], given.z[i]};
+  if (network_->rotary()) {
+    const std::size_t own = network_->own_junctions().size();
+    const std::array<double, 3> turned_so =
+        i < own ? turned(i, column.displacement)
+                : from_along({cut_axes_[i - own]}, {column.displacement[turning_point(i, 0)], 0.0, 0.0});
+    std::ranges::copy(turned_so, all.begin() + 3);
+  }
+  return all;
+}
+
+/// Into the places of a local junction. @param values of it, as `moved`
+void NetworkSolver::put_place(std::size_t junction, std::size_t column, std::size_t columns, const double* values) {
+  double* to = places_.data() + (system_->place(junction) * columns + column) * JunctionSystem::kPitch;
+  for (std::size_t k = 0; k < width(); ++k) {
+    to[k] = held_[junction][k] ? 0.0 : values[k];  // the line stays there
+  }
+}
+
+/// Displacements of the masses at the own junctions and where members are cut.
 void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
-  const std::size_t nodes = network_->nodes();
   const std::vector<std::size_t>& own = network_->own_junctions();
   const std::size_t cut = network_->packs().cut_nodes();
   places_.resize((junctions_.size() + cut) * columns.size() * JunctionSystem::kPitch);
-  const std::size_t width = network_->rotary() ? 6 : 3;
-  const auto put = [&](std::size_t c, std::size_t local, const double* from) {
-    double* to = places_.data() + (system_->place(local) * columns.size() + c) * JunctionSystem::kPitch;
-    for (std::size_t k = 0; k < width; ++k) {
-      to[k] = held_[local][k] ? 0.0 : from[k];  // the line stays there
-    }
-  };
-  const auto value = [&](std::size_t c, std::size_t i) {  // of a local node
-    const auto given = triple_of(columns[c].displacement, nodes);
-    std::array<double, 6> all{given.x[i], given.y[i], given.z[i]};
-    if (network_->rotary()) {
-      const bool junction = i < own.size();
-      const double angle = junction ? 0.0 : columns[c].displacement[turning_point(i, 0)];
-      const std::array<double, 3> turned_so =
-          junction ? turned(i, columns[c].displacement) : from_along({cut_axes_[i - own.size()]}, {angle, 0.0, 0.0});
-      std::ranges::copy(turned_so, all.begin() + 3);
-    }
-    return all;
-  };
   for (std::size_t c = 0; c < columns.size(); ++c) {
     for (std::size_t i = 0; i < own.size(); ++i) {
-      put(c, local_[own[i]], value(c, i).data());
+      put_place(local_[own[i]], c, columns.size(), moved(columns[c], i).data());
     }
     for (std::size_t i = 0; i < cut; ++i) {
-      std::ranges::copy_n(value(c, own.size() + i).begin(), static_cast<std::ptrdiff_t>(width),
-                          places_.begin() + static_cast<std::ptrdiff_t>(((junctions_.size() + i) * columns.size() + c) *
-                                                                        JunctionSystem::kPitch));
+      const std::array<double, 6> values = moved(columns[c], own.size() + i);
+      std::copy_n(values.begin(), width(),
+                  places_.data() + ((junctions_.size() + i) * columns.size() + c) * JunctionSystem::kPitch);
     }
   }
-  if (interface_.empty()) {
-    return;
-  }
-  interface_.spread(
-      width * columns.size(),
-      [&](std::size_t junction, double* values) {
-        const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
-        for (std::size_t c = 0; c < columns.size(); ++c) {
-          std::ranges::copy_n(value(c, i).begin(), static_cast<std::ptrdiff_t>(width), values + width * c);
-        }
-      },
-      [&](std::size_t junction, const double* values) {
-        for (std::size_t c = 0; c < columns.size(); ++c) {
-          put(c, local_[junction], values + width * c);
-        }
-      });
+}
+
+/// Of the own junctions at which members of other ranks meet.
+void NetworkSolver::send_places(std::span<const FilterColumn> columns) {
+  const std::vector<std::size_t>& own = network_->own_junctions();
+  interface_.send(width() * columns.size(), [&](std::size_t junction, double* values) {
+    const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      std::copy_n(moved(columns[c], i).begin(), width(), values + width() * c);
+    }
+  });
+}
+
+void NetworkSolver::receive_places(std::size_t columns) {
+  interface_.receive(width() * columns, [&](std::size_t junction, const double* values) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      put_place(local_[junction], c, columns, values + width() * c);
+    }
+  });
 }
 
 /// Forces on the own junctions, and those of their springs to the ground.
@@ -386,20 +402,16 @@ network::Sweep NetworkSolver::sweep_of(std::span<const FilterColumn> columns, st
           .twist = turning(own.stretch)};
 }
 
-void NetworkSolver::condense_members(std::span<const FilterColumn> columns) {
-  members_.prepare(columns.size());
+void NetworkSolver::condense_members(std::span<const FilterColumn> columns, bool shared) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    members_.condense(sweep_of(columns, c), c);
+    members_.condense(sweep_of(columns, c), c, shared);
   }
 }
 
 void NetworkSolver::solve_junctions(std::size_t columns) {
-  const std::size_t width = columns * JunctionSystem::kPitch;
-  for (std::size_t j = 0; j < junctions_.size(); ++j) {
-    for (std::size_t k = 0; k < 6; ++k) {
-      for (std::size_t c = 0; held_[j][k] && c < columns; ++c) {
-        values_[system_->place(j) * width + c * JunctionSystem::kPitch + k] = 0.0;
-      }
+  for (const auto& [place, k] : held_unknowns_) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      values_[(place * columns + c) * JunctionSystem::kPitch + k] = 0.0;
     }
   }
   system_->forward(values_, columns);

@@ -233,19 +233,27 @@ void Network::deal() {
   }
 }
 
-/// This rank's members of each kind, in the order of the network.
+/// This rank's members of each kind, in the order of the network; those that end at a junction of another rank last, so
+/// that packs of the others need not wait for it.
 void Network::pack_members() {
   std::vector<MemberPacks::Kind> own;
   own.reserve(kinds_.size());
   for (const MemberKind& kind : kinds_) {
     own.push_back({.elements = kind.elements, .equal = kind.equal_elements()});
   }
-  for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
-    if (member_ranks_[member] == rank_) {
-      own[member_kinds_[member]].members.push_back(member);
+  for (const bool waits : {false, true}) {
+    for (std::size_t member = 0; member < member_ranks_.size(); ++member) {
+      if (member_ranks_[member] == rank_ && ends_elsewhere(member) == waits) {
+        own[member_kinds_[member]].members.push_back(member);
+      }
     }
   }
   packs_ = MemberPacks{own, parameters_.members.size(), own_junctions_.size()};
+}
+
+bool Network::ends_elsewhere(std::size_t member) const {
+  return std::ranges::any_of(parameters_.members[member].ends,
+                             [this](const MemberEnd& end) { return junction_ranks_[end.junction] != rank_; });
 }
 
 void Network::place_points() {

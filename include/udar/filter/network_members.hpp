@@ -39,7 +39,9 @@ class NetworkMembers {
   void place(const std::function<std::size_t(std::size_t junction)>& slot, std::size_t first_cut);
 
   void prepare(std::size_t columns);
-  void condense(const network::Sweep& sweep, std::size_t column);
+  /// @param shared those packs that end at junctions of other ranks, and what is cut; else the others. Both are needed,
+  /// these first.
+  void condense(const network::Sweep& sweep, std::size_t column, bool shared);
   void resolve(const network::Sweep& sweep, std::size_t column);
 
  private:
@@ -54,6 +56,7 @@ class NetworkMembers {
     network::Placement place;
     const network::MemberTables* tables = nullptr;
     bool whole = true;
+    bool shared = false;                               // a lane ends at a junction of another rank
     std::unique_ptr<const network::LaneTables> own{};  // of spans of unequal elements
   };
   /// Where a lane is: which group, and where in it.
@@ -73,6 +76,7 @@ class NetworkMembers {
   void give_tables(const MemberPack& pack, Group& group);
   void place_lane(network::Placement& place, std::size_t lane, std::size_t member) const;
   void list_cut_members();
+  void condense_cut(const network::Sweep& sweep, std::size_t column);
   /// What ends at junctions: pushes them, and knows its ends when they are known.
   static void push(const network::MemberTables& tables, const network::Placement& place, const network::Sweep& sweep,
                    network::Condensed& condensed);

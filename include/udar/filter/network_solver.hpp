@@ -41,8 +41,9 @@ class NetworkSolver final : public ColumnSolver {
 
   /// @brief Solves for every column: displacement, force and stretch of the rank's points; `internal` as that of
   /// `NetworkOperator`. Columns go up to four at a time.
-  /// @note Collective: on several ranks two `MPI_Allgatherv` a batch, of three, with rotary inertia six, and of six
-  /// numbers of each junction of the interface and column
+  /// @note Collective: on several ranks one `MPI_Allgatherv` a batch, of six numbers of each junction of the interface
+  /// and column; before it one message to each neighbour, of three numbers, with rotary inertia six, which travels
+  /// while the members that need none of it are condensed
   void solve(std::span<const FilterColumn> columns) override { solve(columns, {}); }
   /// @param load besides, six forces and moments of each local junction [N, N m], one column after the other; empty:
   /// none; those of several ranks on one junction add up
@@ -67,9 +68,15 @@ class NetworkSolver final : public ColumnSolver {
   void hold(std::vector<network::Block>& blocks);
   void factor();
   void solve_batch(std::span<const FilterColumn> columns, std::span<const double> load);
+  /// Numbers that tell how the mass of a junction moved.
+  [[nodiscard]] std::size_t width() const noexcept { return network_->rotary() ? 6 : 3; }
+  [[nodiscard]] std::array<double, 6> moved(const FilterColumn& column, std::size_t i) const;
+  void put_place(std::size_t junction, std::size_t column, std::size_t columns, const double* values);
   void find_places(std::span<const FilterColumn> columns);
+  void send_places(std::span<const FilterColumn> columns);
+  void receive_places(std::size_t columns);
   void load_own(std::span<const FilterColumn> columns);
-  void condense_members(std::span<const FilterColumn> columns);
+  void condense_members(std::span<const FilterColumn> columns, bool shared);
   void solve_junctions(std::size_t columns);
   void solve_interface(std::size_t columns);
   [[nodiscard]] network::Sweep sweep_of(std::span<const FilterColumn> columns, std::size_t column);
@@ -79,9 +86,10 @@ class NetworkSolver final : public ColumnSolver {
   double wf2_;
   NetworkInterface interface_;
   NetworkMembers members_;
-  std::vector<std::size_t> junctions_;           // local: of the network; those of the interface last
-  std::vector<std::size_t> local_;               // of a junction of the network: where it is in `junctions_`
-  std::vector<std::array<bool, 6>> held_;        // of local junctions
+  std::vector<std::size_t> junctions_;                     // local: of the network; those of the interface last
+  std::vector<std::size_t> local_;                         // of a junction of the network: where it is in `junctions_`
+  std::vector<std::array<bool, 6>> held_;                  // of local junctions
+  std::vector<std::array<std::size_t, 2>> held_unknowns_;  // place of the junction, and which of its six
   std::vector<std::array<double, 3>> cut_axes_;  // along members at nodes where these are cut; with rotary inertia
   std::unique_ptr<network::JunctionSystem> system_;
   /// Displacements of local junctions, where `values_` has theirs, then of the nodes where members are cut.

@@ -197,6 +197,8 @@ class Network final : public Structure {
   /// Rank of each junction and member; equal on every rank.
   [[nodiscard]] const std::vector<int>& junction_ranks() const noexcept { return junction_ranks_; }
   [[nodiscard]] const std::vector<int>& member_ranks() const noexcept { return member_ranks_; }
+  /// Whether a member ends at a junction that is not this rank's.
+  [[nodiscard]] bool ends_elsewhere(std::size_t member) const;
   /// Junctions of this rank, ascending: local node is the place in this list.
   [[nodiscard]] const std::vector<std::size_t>& own_junctions() const noexcept { return own_junctions_; }
   [[nodiscard]] std::size_t nodes() const noexcept;  ///< of this rank
