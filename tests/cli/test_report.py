@@ -121,6 +121,8 @@ class OneRun(ReportTest):
         for text in ("Energy balance", "the line sinks", "Largest force, support 0, x = 2 m", "kN, mean over",
                      "MPa at x =", "-filter_frequency auto would keep it to 1 %"):
             self.assertIn(text, self.seen("verdict").replace("\u00a0", " "))
+        self.assertRegex(self.seen("verdict"), r"Largest bending moment\s+[^\n]* m, t = \d")
+        self.assertIn("-filter_frequency", [word.text for word in self.browser.find_elements(By.CLASS_NAME, "whole")])
         self.assertIn("10 m", self.browser.find_element(By.CSS_SELECTOR, "svg.sketch").text)
         self.assertIn("impacts", self.seen("contacts"))
         for section, least in (("contacts", 2), ("gauges", 5), ("envelopes", 4), ("energy", 2), ("spectra", 5),
@@ -276,7 +278,7 @@ class Networks(ReportTest):
                        contact_surface="line", initial_height=0.1, ts_max_time=0.3, output_field_interval=0.01)
         folder = self.run_case(options).directory
         self.page_of(folder)
-        self.assertIn("Largest torque", self.seen("verdict"))
+        self.assertRegex(self.seen("verdict"), r"Largest torque\s+[^\n]* in member \d+, t = \d")
         self.assertIn("x: 6 m", self.browser.find_element(By.CSS_SELECTOR, "svg.sketch").text)
         self.assertEqual(self.charts("gauges"), 2)
         self.assertIn("member", self.seen("envelopes"))

@@ -256,7 +256,7 @@ def impact_table(sheet):
     rows = [["all" if sheet.contact["together"] else short_name(sheet.run, int(k)), f"{a / time:.6g}",
              f"{b / time:.6g}", f"{(b - a) / time:.4g}", f"{i / push:.4g}", f"{f / force:.4g}"]
             for k, a, b, i, f in zip(number, t0, t1, impulse, mean)]
-    short = f", pauses up to {with_unit(sheet.contact['pause'], 's', 2)} left out" if sheet.contact["pause"] else ""
+    short = f", pauses up to {with_unit(sheet.contact['pause'], 's', 3)} left out" if sheet.contact["pause"] else ""
     return {"title": f"The first {len(rows)} of {len(spans)} touches, as the rows of output tell them{short}",
             "heads": heads, "rows": rows}
 
@@ -312,6 +312,11 @@ def shown_motion(sheet):
     return ", ".join(parts)
 
 
+def whole_options(text):
+    """HTML of a text whose option names are not broken at their hyphen."""
+    return Markup(re.sub(r"(?<![^\s(])-[a-z]\w+", r'<span class="whole">\g<0></span>', str(Markup.escape(text))))
+
+
 def render(sheets, title):
     """The whole page as text."""
     folder = importlib.resources.files("udar.report") / "web"
@@ -332,6 +337,7 @@ def render(sheets, title):
             for sheet, label, colour in zip(sheets, labels, colours)]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True,
                                      undefined=jinja2.StrictUndefined)
+    environment.filters["whole_options"] = whole_options
     return environment.from_string(text_of("page.html")).render(
         title=title or ", ".join(labels), runs=runs, sheets=sheets, thinned=kept_rows(sheets),
         results=aligned([key_results(sheet) for sheet in sheets]),

@@ -107,7 +107,9 @@ class BeamSketch:
             x = WIDTH - RIGHT + 22.0
             self.drawing.line(self.at(self.end), self.BEAM, x + 6.0, self.BEAM, "thin")
             self.drawing.line(x - 6.0, self.top, x + 6.0, self.top, "thin")
-            self.drawing.measure(x, self.BEAM, x, self.top, most if least == most else f"{least} to {most}")
+            self.drawing.measure(x, self.BEAM, x, self.top, most if least == most else f"from {least}")
+            if least != most:
+                self.drawing.text(x + 7.0, 0.5 * (self.BEAM + self.top) + 22.0, f"to {most}", "start")
         self.draw_lengths()
         return self.drawing.svg(self.foot + 20.0, "the beam with its supports")
 

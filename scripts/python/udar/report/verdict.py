@@ -68,7 +68,9 @@ def check_penetration(sheet):
             f"the line stays {with_unit(gap, 'm', 3)} away from its supports"
     depth = with_unit(-gap, "m", 3)
     if gives_way(sheet):
-        return OK, f"the line goes {depth} into supports that give way{where}"
+        strikers = [support.striker is not None for support in sheet.run.supports]
+        what = "strikers" if strikers and all(strikers) else "supports and strikers" if any(strikers) else "supports"
+        return OK, f"the line goes {depth} into {what} that give way{where}"
     moved = next((np.nanmax(entry["high"]) - np.nanmin(entry["low"]) for entry in sheet.envelope
                   if entry["name"] == "position"), np.nan)
     share = -gap / moved if finite(moved) and moved > 0.0 else np.nan
@@ -149,14 +151,19 @@ def peaks_of_forces(sheet):
             yield f"Impulse of striker {support.striker}", with_unit(impulse, "N s")
 
 
+def when_largest(summary, name):
+    when = summary.get(f"max_{name}_time")
+    return f", t = {with_unit(when, 's')}" if finite(when) else ""
+
+
 def peaks_of_fields(sheet):
     summary = sheet.run.summary
     for entry in sheet.envelope:
         if entry["name"] in ("utilisation", "position"):
             continue
-        when = summary.get("max_bending_stress_time") if entry["name"] == "stress" else None
+        name = "bending_stress" if entry["name"] == "stress" else entry["name"]
         yield (f"Largest {entry['label']}", f"{with_unit(entry['worst'], entry['unit'])} at x = "
-               f"{with_unit(entry['worst_x'], 'm')}{f', t = {with_unit(when, chr(115))}' if finite(when) else ''}")
+               f"{with_unit(entry['worst_x'], 'm')}{when_largest(summary, name)}")
     used = summary.get("max_utilisation")
     if finite(used):
         yield "Largest utilisation", f"{percent(used)} of the yield stress"
@@ -171,11 +178,13 @@ def peaks_of_fields(sheet):
             place = f"x = {with_unit(position['x'][at], 'm')}"
             yield f"{word} point of the line", f"y = {with_unit(values[at], 'm')} at {place}"
     if sheet.space is not None:
-        for colour in sheet.space["colours"].values():
+        for name, colour in sheet.space["colours"].items():
             if not np.nanmax(colour["values"]) > 0.0:
                 continue
-            yield f"Largest {colour['label'].removeprefix('largest ')}", with_unit(np.nanmax(colour["values"]),
-                                                                                 colour["unit"])
+            member = summary.get(f"max_{name}_member")
+            yield (f"Largest {colour['label'].removeprefix('largest ')}",
+                   with_unit(np.nanmax(colour["values"]), colour["unit"])
+                   + (f" in member {member}" if member is not None else "") + when_largest(summary, name))
 
 
 def rebound(sheet):

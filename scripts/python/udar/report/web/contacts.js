@@ -29,7 +29,9 @@ function contactChart(parent, run, shareOf) {
   const room = 0.04 * (run.x[1] - run.x[0] || 1);
   const words = [];
   if (run.contact.count) words.push(`${spaced(run.contact.count)} impacts`);
-  if (spans.t0?.length) words.push("forces of supports");
+  if (spans.t0?.length) {
+    words.push(run.supports.every((support) => support.striker !== null) ? "forces of strikers" : "forces of supports");
+  };
   if (!words.length && !rests.t0.length) words.push("no contact");
   if (run.contact.cell) {
     words.push(`counted in cells of ${show(run.contact.cell[0], "s", 2)} by ${show(run.contact.cell[1], "m", 2)}`);

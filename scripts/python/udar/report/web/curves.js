@@ -60,7 +60,10 @@ function drawForces() {
   const labels = known.map((run) => run.forces.curves.map((curve) => curve.label).join());
   if (known.length > 1 && new Set(labels).size === 1) return overlayForces(parent, known);
   for (const run of known) {
-    const [scale, unit] = unitFor(largest(run.forces.curves.map((curve) => curve.values)), "N");
+    const values = run.forces.curves.map((curve) => curve.values);
+    const rest = values.slice(0, -1);
+    const all = run.peaks.length > rest.length && rest.length > 1 && largest(values) > 3 * largest(rest);
+    const [scale, unit] = unitFor(largest(all ? rest : values), "N");
     const struck = run.supports.some((support) => support.striker !== null);
     const whose = struck ? "Forces on the structure, upwards positive, of strikers where they press" :
       "Forces of the supports on the structure, upwards positive";
@@ -69,9 +72,13 @@ function drawForces() {
       ...overTime, xRange: timeRange, y: `force [${unit}]`, height: 240,
       title: `${several ? `${run.label}: ` : ""}${whose}${mean}`,
       series: run.forces.curves.map((curve, k) => ({
-        label: curve.label, stroke: PALETTE[k % PALETTE.length], width: Math.max(1.4, 3.2 - 0.9 * k) })),
+        label: curve.label, stroke: PALETTE[k % PALETTE.length], width: Math.max(1.4, 3.2 - 0.9 * k),
+        show: !all || k < rest.length })),
       tables: [[scaled(run.forces.t, timeScale), ...run.forces.curves.map((curve) => scaled(curve.values, scale))]],
     });
+    if (all) {
+      make("p", parent, "Hidden, as it is far larger: the sum over all supports. Click its name.").className = "hint";
+    }
     if (run.peaks.length > 7) drawPeaks(parent, run);
   }
 }
