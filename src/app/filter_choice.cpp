@@ -116,7 +116,8 @@ FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, cons
     highest = modes.back().frequency;
   }
   const double wf = rounded_up(filter_frequency_for(highest, filter.accuracy));
-  UDAR_CALL(PetscPrintf(comm, "udar: filter frequency wf %g rad/s: frequencies up to %g rad/s are right to %g %%\n", wf,
+  UDAR_CALL(PetscPrintf(comm,
+                        "udar: filter frequency wf %.6g rad/s: frequencies up to %.6g rad/s are right to %.6g %%\n", wf,
                         highest, 100.0 * filter.accuracy));
   UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
   for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -147,7 +148,7 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
     mode.corrected = named || (number <= exact.lowest && mode.frequency <= wf);
     if (!mode.corrected && number <= exact.lowest) {
       UDAR_CALL(PetscPrintf(comm,
-                            "udar: mode %d, %.10g rad/s, is above wf %g rad/s and left uncorrected; "
+                            "udar: mode %d, %.10g rad/s, is above wf %.6g rad/s and left uncorrected; "
                             "-filter_correct_mode %d would correct it\n",
                             static_cast<int>(number), mode.frequency, wf, static_cast<int>(number)));
     }

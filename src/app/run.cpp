@@ -187,7 +187,8 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   }
   const bool in_place = input.restart.in_place;
   if (in_place && is_complete(comm, input, *earlier)) {
-    UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' has reached its end at t = %g s; a later -ts_max_time goes on\n",
+    UDAR_CALL(PetscPrintf(comm,
+                          "udar: the run in '%s' has reached its end at t = %.6g s; a later -ts_max_time goes on\n",
                           input.output.directory.c_str(), input.end_time));
     return {};
   }
@@ -198,7 +199,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   introduce(input, model, modes);
 
   if (in_place) {
-    UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' goes on at t = %g s\n", input.output.directory.c_str(),
+    UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' goes on at t = %.6g s\n", input.output.directory.c_str(),
                           earlier->scalar("time")));
   }
   RunOutput output{input, model.line, dynamics, earlier ? &*earlier : nullptr};

@@ -210,7 +210,8 @@ void print_end(MPI_Comm comm, const Case& input, const Structure& structure, con
     UDAR_CALL(PetscPrintf(comm, "%s", run_page(input, structure, summary).c_str()));
   }
   UDAR_CALL(PetscPrintf(
-      comm, "udar: %s at t = %g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
+      comm,
+      "udar: %s at t = %.6g s after %lld steps, %lld impacts, %lld line solves, energy drift %.1e; results in %s\n",
       summary.completed ? "finished" : "stopped", summary.end_time, static_cast<long long>(summary.counts.steps),
       static_cast<long long>(summary.counts.impacts), static_cast<long long>(summary.counts.line_solves),
       summary.energy.drift(), input.output.directory.c_str()));

@@ -349,7 +349,7 @@ void accuracy(MPI_Comm comm, BeamParameters parameters, const FilterParameters& 
              {.name = "mixed, BAIJ LU + refinement", .options = {{"-filter_pc_type", "lu"}}},
              {.name = "chain (default)"}};
   }
-  UDAR_CALL(PetscPrintf(comm, "wf %g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n",
+  UDAR_CALL(PetscPrintf(comm, "wf %.6g rad/s, %d rank(s): error of the acceleration / nanoseconds per node and solve\n",
                         filter.filter_frequency, ranks));
   UDAR_CALL(PetscPrintf(comm, "%-34s", "form"));
   for (const PetscInt size : sizes) {
