@@ -18,7 +18,9 @@ constexpr const char* kHelp =
     "nodes can touch a support, else impact; -ts_type rk is -ts_rk_type 5dp), solver options with -filter_ksp_ and\n"
     "-filter_pc_.\n"
     "Each line reads: key <value now>, what it takes [unit], range; then what it means.\n"
-    "-help support shows the keys with that word alone, -help ts and -help pc those of PETSc; -version who is who.\n";
+    "-help support shows the keys with that word alone, -help ts and -help pc those of PETSc; -version who is who.\n"
+    "Exit codes: 0 the run reached its end; 1 an error; 3 ended by -ts_max_steps; 4 ended by -wall_limit; 128 and its\n"
+    "number: stopped by a signal.\n";
 
 int run_case(MPI_Comm comm) {
   const udar::app::StopSignals signals;

@@ -59,6 +59,16 @@ void print_versions(MPI_Comm comm) {
   }
 }
 
+/// Keys of every program, which the session and PETSc read.
+void explain_common_keys(MPI_Comm comm) {
+  petsc::OptionGroup group{comm, "For every program"};
+  group.explain("-options_file", "file", "a case, or options beside one; YAML, or PETSc's own form; later ones win");
+  group.explain("-help", "word or nothing", "the keys with this word in their name, or all");
+  group.explain("-version", "nothing", "versions of udar and of the libraries that it runs with");
+  group.explain("-citations", "file or nothing",
+                "at the end, what to cite for this run, as BibTeX: udar, its method, PETSc, solvers");
+}
+
 }  // namespace
 
 int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Comm)) {
@@ -76,6 +86,7 @@ int guarded_main(int argc, char** argv, const char* help, int (*program)(MPI_Com
         print_versions(PETSC_COMM_WORLD);
         return;
       }
+      explain_common_keys(PETSC_COMM_WORLD);
       code = program(PETSC_COMM_WORLD);
       if (petsc::Session::help_found_nothing()) {
         throw InputError{"-help: no key of that topic; topics are words of keys, such as beam, filter, support, ts"};

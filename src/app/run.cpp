@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "app/checkpoint_writer.hpp"
+#include "app/citations.hpp"
 #include "app/continued_run.hpp"
 #include "app/modal_estimate.hpp"
 #include "app/run_costs.hpp"
@@ -178,6 +179,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   if (help) {
     return {};
   }
+  cite(!input.modal && input.filter.filtered());
   refuse_keys_of_other_programs();
   petsc::check_unknown_options(comm);
   refuse_large_output(input);

@@ -28,8 +28,8 @@ using Words = std::vector<std::string>;
 constexpr std::array kPetscKeys = {"-ts_type",       "-ts_monitor",   "-ts_max_steps", "-ts_rk_type",
                                    "-ts_adapt_type", "-options_file", "-log_view"};
 /// What PETSc reads when everything else is done.
-constexpr std::array kLateGroups = {"ts_view", "options_", "log_",     "malloc",
-                                    "memory_", "objects_", "mat_view", "mpidump"};
+constexpr std::array kLateGroups = {"ts_view",  "options_", "log_",    "malloc",   "memory_",
+                                    "objects_", "mat_view", "mpidump", "citations"};
 /// A key nobody has read that is so many slips from a known one is taken for it.
 constexpr std::size_t kSlips = 2;
 /// A longer list of names is no help in a message of one line.

@@ -222,6 +222,11 @@ bool OptionGroup::boolean(const char* key, bool& value, const char* text) {
   return true;
 }
 
+void OptionGroup::explain(const char* key, const char* takes, const char* text) {
+  help(key, "", takes, text);
+  known_keys().insert(key);
+}
+
 bool OptionGroup::strings(const char* key, std::vector<std::string>& values, const char* text) {
   help(key, joined<std::string>(values, [](const std::string& value) { return value; }), "text", text);
   bool given = false;

@@ -50,7 +50,7 @@ HELP_OPTIONS = """
     contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
     output_field_interval output_force_window output_overwrite restart_file restart_interval restart_wall_minutes
     wall_limit continue udar_view udar_guard udar_summary output_monitor
-    ts_max_time ts_rtol ts_type
+    ts_max_time ts_rtol ts_type options_file version citations
     ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
 
@@ -942,7 +942,8 @@ def children(parent):
 
 # Part of what another key of the table says, or what has no place in a run that goes on from a falling beam.
 NOT_TRIED = {
-    "continue", "restart_file", "output_directory", "filter_band", "filter_modes", "filter_accuracy",
+    "options_file", "help", "version", "citations", "continue", "restart_file", "output_directory", "filter_band",
+    "filter_modes", "filter_accuracy",
     "beam_inner_radius", "beam_width", "beam_height", "beam_area", "beam_inertia", "beam_gap", "beam_left_spring",
     "beam_right_spring", "beam_yield_hardening",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",

@@ -61,6 +61,8 @@ class OptionGroup {
              const std::string& or_else = {});
   bool integers(const char* key, std::vector<PetscInt>& values, Range range, const char* text);
   bool strings(const char* key, std::vector<std::string>& values, const char* text);
+  /// Prints the line of a key that others read, and makes it known.
+  void explain(const char* key, const char* takes, const char* text);
 
   /// @brief One name out of a fixed list, stored as the value that stands beside it.
   template <class T>
