@@ -148,7 +148,10 @@ class Group {
   }
   Group(const Group&) = delete;
   Group& operator=(const Group&) = delete;
-  ~Group() { MPI_Comm_free(&comm_); }
+  ~Group() {
+    PETSC_STDOUT = stdout;  // what comes at the end is of the study
+    MPI_Comm_free(&comm_);
+  }
 
   [[nodiscard]] int index() const noexcept { return index_; }
   [[nodiscard]] bool first_rank() const noexcept { return first_; }

@@ -3,10 +3,12 @@
 """PETSc's -citations prints what CITATION.cff says of udar, and of the filter method where a filter works."""
 
 import os
+import pathlib
 import re
+import subprocess
 import unittest
 
-from common import ROOT, UdarTest, case
+from common import ENVIRONMENT, MPIEXEC, ROOT, UDAR, UdarTest, case
 
 RANKS = int(os.environ["UDAR_RANKS"])
 CITATION = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
@@ -39,6 +41,18 @@ class Citations(UdarTest):
 
     def test_nothing_without_the_option(self):
         self.assertEqual(self.cited(self.run_case(case(ts_max_time=0.01), RANKS).out), {})
+
+    def test_a_study_cites_once(self):
+        file = self.scratch / "cite.bib"
+        study = pathlib.Path(UDAR).with_name("udar-study")
+        options = {**case(ts_max_time=0.01, filter_frequency="50,100"), "output_directory": self.scratch / "study"}
+        words = [word for key, value in options.items() for word in (f"-{key}", str(value))]
+        call = [*([MPIEXEC, "-n", str(RANKS)] if RANKS > 1 else []), str(study), *words, "-citations"]
+        done = subprocess.run([*call], capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)
+        self.assertEqual(self.cited(done.stdout), {"udar": TITLE, "udar-filter-method": METHOD})
+        call += [str(file), "-output_overwrite"]
+        subprocess.run(call, capture_output=True, text=True, env=ENVIRONMENT, timeout=60, check=True)
+        self.assertEqual(len(self.cited(file.read_text())), 2)
 
 
 if __name__ == "__main__":
