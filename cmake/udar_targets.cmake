@@ -64,3 +64,32 @@ function(udar_add_python_package folder)
     install(FILES ${folder}/${file} DESTINATION ${UDAR_PYTHON_DIR}/${name}/${inside})
   endforeach()
 endfunction()
+
+# udar_add_manual(PROGRAM_TARGET...): manual pages and completions of bash, zsh and fish, made of what the programs say
+# under -help, those in Python included.
+set(UDAR_ZSH_DIR ${CMAKE_INSTALL_DATADIR}/zsh/site-functions
+    CACHE STRING "Where zsh looks for completions, below the prefix")
+function(udar_add_manual)
+  if(NOT UDAR_PYTHON OR (CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR))
+    message(STATUS "no manual pages and completions: they need a Python, and programs that run here")
+    return()
+  endif()
+  set(maker ${PROJECT_SOURCE_DIR}/scripts/manual-pages)
+  set(made ${PROJECT_BINARY_DIR}/manual)
+  file(GLOB parts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/manual/*.py)
+  file(GLOB_RECURSE package CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scripts/python/udar/*cli.py)
+  add_custom_command(
+    OUTPUT ${made}/stamp
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${made}
+    COMMAND ${CMAKE_COMMAND} -E env PYTHONDONTWRITEBYTECODE=1 ${UDAR_PYTHON} ${maker} ${PROJECT_BINARY_DIR} ${made}
+            ${PROJECT_VERSION}
+    COMMAND ${CMAKE_COMMAND} -E touch ${made}/stamp
+    DEPENDS ${ARGN} ${maker} ${parts} ${package}
+    COMMENT "Making manual pages and completions"
+    VERBATIM)
+  add_custom_target(udar_manual ALL DEPENDS ${made}/stamp)
+  install(DIRECTORY ${made}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+  install(DIRECTORY ${made}/bash/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+  install(DIRECTORY ${made}/zsh/ DESTINATION ${UDAR_ZSH_DIR})
+  install(DIRECTORY ${made}/fish/ DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+endfunction()

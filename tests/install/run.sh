@@ -46,6 +46,15 @@ scripts_run() {
 
 "$cmake" --install "$build" --prefix "$prefix" > "$work/install.log"
 
+echo "== manual pages and completions are where they are looked for"
+for program in "$prefix"/bin/*; do
+  name=${program##*/}
+  for file in man/man1/$name.1 bash-completion/completions/$name zsh/site-functions/_$name \
+    fish/vendor_completions.d/$name.fish; do
+    [ -s "$prefix/share/$file" ] || fail "no $file"
+  done
+done
+
 echo "== scripts have their run bit"
 (cd "$prefix" && find . -type f -print0) | scripts_run "$prefix"
 if git -C "$root" rev-parse --is-inside-work-tree > /dev/null 2>&1; then
@@ -89,7 +98,8 @@ echo "$line"
 eval "$line -ksp_type preonly -skip_petscrc" > plugin.log 2>&1 && fail "its matrix carries no line"
 expect "'heat' of type seqaij" plugin.log
 
-for call in "udar -help" "udar-plot --help" "udar-report --help" "udar-compare --help"; do
+for call in "udar -help" "udar-study -help" "udar-bench -help" \
+  "udar-plot --help" "udar-report --help" "udar-compare --help"; do
   echo "== installed $call"
   $call > "$work/help"
   head -n 3 "$work/help"
