@@ -10,11 +10,11 @@ import sys
 from pathlib import Path
 
 LONGEST = 120
-FOLDERS = ("cmake", "docs", "examples", "include", "petsc-options", "scripts", "src", "tests")
+FOLDERS = ("cmake", "docs", "examples", "include", "packaging", "petsc-options", "scripts", "src", "tests")
 SUFFIXES = {".md", ".yaml", ".py", ".sh", ".c", ".cpp", ".hpp", ".cmake", ".opts", ".sbatch", ""}
 SUFFIXES |= {".css", ".html", ".js"}
 NAMES = {"CMakeLists.txt"}
-MADE = {"build", "out", "__pycache__", "corpus", "vendor"}  # vendor: as others wrote it
+MADE = {"build", "out", "__pycache__", "corpus", "vendor", "missing-sources"}  # the last two: of others
 
 
 def files(source_dir):
