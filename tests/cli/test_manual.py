@@ -51,7 +51,7 @@ done
 # A terminal in which keys are pressed; what is found passes through compadd.
 ZSH = """
 zmodload zsh/zpty
-zpty -b terminal zsh -f -i
+zpty -b terminal zsh -f -i || exit 1
 zpty -w terminal "PS1=; fpath=($MANUAL/zsh \\$fpath); autoload -U compinit; compinit -u -D; LISTMAX=10000"
 zpty -w terminal 'compadd() {
   local -a hits
@@ -142,7 +142,9 @@ class Completion(UdarTest):
         self.assertEqual(list(found), list(ASKED))
         for asked, expected in ASKED.items():
             with self.subTest(asked=asked):
-                offered = {word for word in found[asked] if "examples" not in word or word == EXAMPLE}
+                begun = asked.rpartition(" ")[2]  # fish 4 goes on with words that are merely like it
+                offered = {word for word in found[asked] if word.startswith(begun)}
+                offered -= {word for word in offered if "examples" in word and word != EXAMPLE}
                 self.assertEqual(offered - {"curve.csv"} if asked == "udar " else offered, expected)
 
     def test_bash(self):
@@ -150,6 +152,11 @@ class Completion(UdarTest):
 
     @unittest.skipUnless(shutil.which("zsh"), "zsh is not installed")
     def test_zsh(self):
+        try:
+            for end in os.openpty():
+                os.close(end)
+        except OSError:
+            self.skipTest("no terminals here: /dev/pts is not mounted")
         self.check(["zsh", "-f", "-c"], ZSH)
 
     @unittest.skipUnless(shutil.which("fish"), "fish is not installed")
