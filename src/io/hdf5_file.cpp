@@ -31,6 +31,8 @@ namespace {
 constexpr hsize_t kChunkBytes = hsize_t{1} << 20;
 /// At most so many rows of a short beam share a chunk, or a short run would be mostly empty space.
 constexpr hsize_t kChunkRowsMax = 64;
+/// Compressed rows of at least so many bytes are chunks: shorter ones would have more of an index than they save.
+constexpr hsize_t kPackedRowBytes = 4096;
 /// Records in a chunk: some 64 KiB.
 constexpr hsize_t kChunkRecords = 1024;
 /// Records a rank writes in one call.
@@ -454,56 +456,70 @@ void Hdf5File::add_node_values(const std::string& name, const NodeRange& nodes, 
   add_dataset(name, H5T_NATIVE_INT64, nodes, values.data(), components);
 }
 
-void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes, int components) {
-  add_growing(name, type, count_of(nodes), static_cast<hsize_t>(components));
+void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes, int components, int compression) {
+  add_growing(name, type, count_of(nodes), static_cast<hsize_t>(components), compression);
 }
 
 void Hdf5File::add_records(const std::string& name, hid_t type) { add_growing(name, type, 0); }
 
-void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components) {
+void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components, int compression) {
   Growing data;
   data.type = Hdf5Id{H5Tcopy(type), H5Tclose};
   data.size = H5Tget_size(type);
   data.columns = columns;
   data.components = components;
-  const hsize_t cell = data.size * components;
-  hsize_t chunk_columns = 1;
-  if (columns == 0) {
-    data.chunks = 1;
-    data.chunk_rows = kChunkRecords;
-  } else {
-    data.chunks = (columns * cell + kChunkBytes - 1) / kChunkBytes;
-    chunk_columns = (columns + data.chunks - 1) / data.chunks;
-    data.chunk_rows = std::clamp<hsize_t>(kChunkBytes / (chunk_columns * cell), 1, kChunkRowsMax);
-    data.chunks = (columns + chunk_columns - 1) / chunk_columns;
-  }
-  data.chunk_bytes = data.chunk_rows * chunk_columns * cell;
-
   const int rank = columns == 0 ? 1 : (components == 1 ? 2 : 3);
   if (access_ == Access::go_on && H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0) {
     open_growing(data, name, rank);
-    growing_.insert_or_assign(name, std::move(data));
-    return;
+  } else {
+    create_growing(data, name, rank, compression);
   }
+  growing_.insert_or_assign(name, std::move(data));
+}
+
+void Hdf5File::create_growing(Growing& data, const std::string& name, int rank, int compression) {
+  const hsize_t cell = data.size * data.components;
+  const bool packed = compression > 0 && data.columns * cell >= kPackedRowBytes;
+  hsize_t chunk_columns = 1;
+  hsize_t chunk_rows = kChunkRecords;
+  if (data.columns > 0) {
+    const hsize_t chunks = (data.columns * cell + kChunkBytes - 1) / kChunkBytes;
+    chunk_columns = (data.columns + chunks - 1) / chunks;
+    chunk_rows = packed ? 1 : std::clamp<hsize_t>(kChunkBytes / (chunk_columns * cell), 1, kChunkRowsMax);
+  }
+  data.set_chunk(chunk_rows, chunk_columns, packed);
   spend(0);
-  const std::array<hsize_t, 3> extent{0, columns, components};
-  const std::array<hsize_t, 3> most{H5S_UNLIMITED, columns, components};
-  const std::array<hsize_t, 3> chunk{data.chunk_rows, chunk_columns, components};
+  const std::array<hsize_t, 3> extent{0, data.columns, data.components};
+  const std::array<hsize_t, 3> most{H5S_UNLIMITED, data.columns, data.components};
+  const std::array<hsize_t, 3> chunk{data.chunk_rows, chunk_columns, data.components};
   const Hdf5Id space{H5Screate_simple(rank, extent.data(), most.data()), H5Sclose};
   const Hdf5Id creation{H5Pcreate(H5P_DATASET_CREATE), H5Pclose};
   // Every value in the extent is written, so none needs filling.
   agree(space.valid() && H5Pset_chunk(creation, rank, chunk.data()) >= 0 &&
         H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER) >= 0);
+  if (packed) {
+    agree(H5Zfilter_avail(H5Z_FILTER_DEFLATE) > 0, "this HDF5 was built without gzip, which compression needs");
+    agree(H5Pset_shuffle(creation) >= 0 && H5Pset_deflate(creation, static_cast<unsigned>(compression)) >= 0);
+  }
   data.id = Hdf5Id{H5Dcreate2(file_, name.c_str(), data.type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose};
   agree(data.id.valid());
-  growing_.insert_or_assign(name, std::move(data));
+}
+
+/// A compressed chunk may be longer than what it holds, by 13 bytes and a thousandth (zlib), and has two places for a
+/// moment: HDF5 makes room for it before it knows how long it is.
+void Hdf5File::Growing::set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool packed) {
+  chunk_rows = rows_of_it;
+  chunk_columns = columns == 0 ? 1 : columns_of_it;
+  chunks = columns == 0 ? 1 : (columns + chunk_columns - 1) / chunk_columns;
+  const hsize_t bytes = chunk_rows * chunk_columns * size * components;
+  space = (packed ? 2 * (bytes + bytes / 512 + 64) : bytes) + kIndexBytesPerChunk;
 }
 
 std::uint64_t Hdf5File::growth(const std::string& name, std::size_t rows) const {
   const Growing& data = growing_.at(name);
   const hsize_t before = (data.rows + data.chunk_rows - 1) / data.chunk_rows;
   const hsize_t after = (data.rows + rows + data.chunk_rows - 1) / data.chunk_rows;
-  return (after - before) * data.chunks * (data.chunk_bytes + kIndexBytesPerChunk);
+  return (after - before) * data.chunks * data.space;
 }
 
 void Hdf5File::extend(Growing& data, hsize_t rows) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <iterator>
 #include <string_view>
 
 #include "io/file_checksum.hpp"
@@ -46,23 +47,29 @@ void Hdf5File::put_back(const Mark& mark) {
   note_values(end, size - end);
 }
 
+/// Joined with what ends where it begins: there are then no more pieces than HDF5 put other things between.
 void Hdf5File::note_values(haddr_t begin, hsize_t bytes) {
-  if (bytes > 0) {
+  if (bytes == 0) {
+    return;
+  }
+  const auto after = values_.lower_bound(begin);
+  if (after != values_.begin() && std::prev(after)->second == begin) {
+    std::prev(after)->second = begin + bytes;
+  } else {
     values_[begin] = begin + bytes;
   }
 }
 
 /// Those that are new since the last call: chunks are never moved, and come in the order of their rows.
 void Hdf5File::find_chunks(Growing& data) {
-  const Hdf5Id space{H5Dget_space(data.id), H5Sclose};
-  hsize_t count = 0;
-  agree(H5Dget_num_chunks(data.id, space, &count) >= 0);
+  const hsize_t count = (data.rows + data.chunk_rows - 1) / data.chunk_rows * data.chunks;
   for (; data.chunks_known < count; ++data.chunks_known) {
-    std::array<hsize_t, 3> offset{};
+    const std::array<hsize_t, 3> first{data.chunks_known / data.chunks * data.chunk_rows,
+                                       data.chunks_known % data.chunks * data.chunk_columns, 0};
     unsigned filters = 0;
     haddr_t begin = HADDR_UNDEF;
     hsize_t bytes = 0;
-    agree(H5Dget_chunk_info(data.id, space, data.chunks_known, offset.data(), &filters, &begin, &bytes) >= 0);
+    agree(H5Dget_chunk_info_by_coord(data.id, first.data(), &filters, &begin, &bytes) >= 0);
     note_values(begin, bytes);
   }
 }
@@ -111,7 +118,11 @@ void Hdf5File::open_growing(Growing& data, const std::string& name, int rank) {
                      (rank < 2 || extent[1] == data.columns) && (rank < 3 || extent[2] == data.components);
   agree(alike, name + " has other columns than this run");
   data.rows = extent[0];
-  H5Dget_num_chunks(data.id, space, &data.chunks_known);  // the mark knows them
+  const Hdf5Id creation{H5Dget_create_plist(data.id), H5Pclose};
+  std::array<hsize_t, 3> chunk{1, 1, 1};
+  agree(creation.valid() && H5Pget_chunk(creation, rank, chunk.data()) == rank);
+  data.set_chunk(chunk[0], chunk[1], H5Pget_nfilters(creation) > 0);
+  data.chunks_known = (data.rows + data.chunk_rows - 1) / data.chunk_rows * data.chunks;  // the mark knows them
 }
 
 }  // namespace udar::io

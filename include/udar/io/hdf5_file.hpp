@@ -100,9 +100,16 @@ class Hdf5File {
                        int components = 1);
 
   /// @brief A dataset that grows by rows of one value per node, in chunks of about 1 MiB.
-  /// @param[in] type       HDF5's type of a value, in memory and in the file; copied
-  /// @param[in] components values at a node, a third dimension if there are several
-  void add_rows(const std::string& name, hid_t type, PetscInt nodes, int components = 1);
+  ///
+  /// Compressed rows of at least 4 KiB have chunks of their own, so that none is ever written twice: HDF5 would move it
+  /// and put others where it stood, which neither a file that a kill left nor a `Mark` could stand. Shorter rows share
+  /// chunks and are not compressed.
+  /// @param[in] type        HDF5's type of a value, in memory and in the file; copied
+  /// @param[in] components  values at a node, a third dimension if there are several
+  /// @param[in] compression level of gzip, 1 to 9, behind a shuffle of bytes; 0: none. Of a dataset that is there it
+  /// stays as it was
+  /// @throws FileError if HDF5 was built without gzip
+  void add_rows(const std::string& name, hid_t type, PetscInt nodes, int components = 1, int compression = 0);
   /// @brief A one-dimensional dataset that grows; for compound records, too.
   void add_records(const std::string& name, hid_t type);
   /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
@@ -162,9 +169,12 @@ class Hdf5File {
     hsize_t columns = 0;     ///< 0: one-dimensional
     hsize_t components = 1;  ///< of a value in a column
     hsize_t chunk_rows = 0;  ///< rows of a chunk
-    hsize_t chunks = 0;      ///< that make a row of chunks
-    hsize_t chunk_bytes = 0;
+    hsize_t chunk_columns = 1;
+    hsize_t chunks = 0;        ///< that make a row of chunks
+    hsize_t space = 0;         ///< that a chunk may take while it is written [bytes]
     hsize_t chunks_known = 0;  ///< of all, in HDF5's order, those in `values_`
+
+    void set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool packed);
   };
 
   void create();
@@ -176,7 +186,8 @@ class Hdf5File {
   [[nodiscard]] Hdf5Id access_together();
   void set_transfer();
   void abandon() noexcept;
-  void add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components = 1);
+  void add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components = 1, int compression = 0);
+  void create_growing(Growing& data, const std::string& name, int rank, int compression);
   void add_attribute_of(const std::string& object, const std::string& name, hid_t type, const void* value);
   void read_attribute_of(const std::string& object, const std::string& name, hid_t type, void* value);
   void add_dataset(const std::string& name, hid_t type, const NodeRange& range, const void* values, int components = 1);
