@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/run_layout.hpp"
 #include "app/run_output.hpp"
 #include "app/run_report.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
@@ -60,7 +61,7 @@ std::optional<io::Summary> run_aside(MPI_Comm comm, const Case& other, const std
     Model model{comm, other};
     ImpactDynamics dynamics{model};
     dynamics.set_stop_request(stop);
-    const RunOutput output{other, model.line, dynamics, nullptr};
+    const RunOutput output{other, model.line, dynamics, make_layout(other, model.line, dynamics.fields()), nullptr};
     dynamics.solve();
     io::Summary summary = gather_summary(other, model.line, dynamics, output);
     return summary.completed ? std::optional{std::move(summary)} : std::nullopt;

@@ -1,9 +1,11 @@
 #include "udar/app/output_size.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "udar/petsc/error.hpp"
 
@@ -23,10 +25,27 @@ constexpr double kEnergyColumns = 13.0;
 constexpr double kZoneColumns = 4.0;
 constexpr double kSupportColumns = 2.0;
 constexpr double kGaugeColumns = 3.0;
-// Five fields and one byte of a node in a row of fields.
+// Five fields and one byte of a node in a row of fields; of some fields each by itself.
 constexpr double kNodeBytes = 5.0 * kBinary + 1.0;
 
 double rows_of(double interval, double end) { return interval > 0.0 ? end / interval + 1.0 : 0.0; }
+
+/// Of a node; a network has three for each of its nodes, and its vectors three numbers.
+double field_bytes(const Case& input) {
+  const std::vector<std::string>& fields = input.output.content.fields;
+  return fields.empty() ? kNodeBytes : std::min(kNodeBytes, kBinary * static_cast<double>(fields.size()));
+}
+
+/// How much of a beam the region has; of other structures, whose nodes may all be in it, the whole.
+double share_of(const Case& input) {
+  const io::RowChoice& rows = input.output.rows;
+  if (rows.everywhere || input.network || input.imported) {
+    return 1.0;
+  }
+  const double length = input.beam.length();
+  const double from = std::max(0.0, rows.region.from.x);
+  return std::clamp((std::min(length, rows.region.to.x) - from) / length, 0.0, 1.0);
+}
 
 }  // namespace
 
@@ -46,8 +65,9 @@ OutputSize output_size(const Case& input) {
   const double gauges = absolute * kGaugeColumns * static_cast<double>(input.gauges.size());
   OutputSize size{.rows = rows_of(input.output.interval, input.end_time),
                   .field_rows = rows_of(input.output.field_interval, input.end_time)};
-  size.bytes = size.rows * (kText * (1.0 + gauges) + (kText + kBinary) * (kEnergyColumns + contact)) +
-               size.field_rows * kNodeBytes * nodes;
+  size.bytes =
+      size.rows * (kText * (1.0 + gauges) + (kText + kBinary) * (kEnergyColumns + contact)) +
+      size.field_rows * field_bytes(input) * nodes * share_of(input) / static_cast<double>(input.output.rows.stride);
   return size;
 }
 

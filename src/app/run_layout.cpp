@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
 
 #include "udar/app/describe_case.hpp"
+#include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
+#include "udar/structure/network.hpp"
 
 namespace udar::app {
 
@@ -16,9 +19,42 @@ double longest_sample(const Case& input) {
   return (input.filter.filtered() ? 0.25 * std::numbers::pi : 2.0) / input.filter.shift();
 }
 
+namespace {
+
+/// Whether a member has this name, or is one of a group of it: these are numbered.
+bool is_called(const std::string& member, const std::string& name) {
+  return member == name || (member.starts_with(name + ' ') &&
+                            member.find_first_not_of("0123456789", name.size() + 1) == std::string::npos);
+}
+
+io::RowChoice rows_chosen(const Case& input, const Structure& structure) {
+  io::RowChoice choice = input.output.rows;
+  if (input.output.members.empty()) {
+    return choice;
+  }
+  if (structure.network() == nullptr) {
+    throw InputError{"option -output_members has nothing to choose from: only a network has members"};
+  }
+  const std::vector<Member>& members = structure.network()->parameters().members;
+  for (const std::string& name : input.output.members) {
+    const std::size_t before = choice.members.size();
+    for (std::size_t member = 0; member < members.size(); ++member) {
+      if (is_called(members[member].name, name)) {
+        choice.members.push_back(static_cast<std::int64_t>(member));
+      }
+    }
+    if (choice.members.size() == before) {
+      throw InputError{"option -output_members: the network has no member or group '" + name + "'"};
+    }
+  }
+  return choice;
+}
+
+}  // namespace
+
 io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std::vector<FieldInfo> fields) {
   const MassPoints& points = line.points();
-  io::RunLayout layout{points, line.structure().topology()};
+  io::RunLayout layout{points, line.structure().topology(), rows_chosen(input, line.structure())};
   if (!input.modal) {
     layout.filter_frequency = line.filter_frequency();
   }
@@ -26,6 +62,8 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
   layout.options_text = petsc::effective_options();
   layout.parameters = describe(input, line.structure()).parameters();
   layout.fields = std::move(fields);
+  layout.content = input.output.content;
+  static_cast<void>(layout.fields_in_files());
   if (const BeamChain* beam = line.structure().chain(); beam != nullptr) {
     layout.peaks = {{.name = "stress", .unit = "Pa", .field = "moment", .factor = {}},
                     {.name = "utilisation", .unit = "1", .field = "moment", .factor = {}}};

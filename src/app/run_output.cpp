@@ -10,24 +10,13 @@
 
 namespace udar::app {
 
-namespace {
-
-io::RunLayout layout_of(const Case& input, const FilteredStructure& line, const ImpactDynamics& dynamics,
-                        const MotionState* earlier) {
-  io::RunLayout layout = make_layout(input, line, dynamics.fields());
-  layout.earlier = input.restart.in_place ? earlier : nullptr;
-  return layout;
-}
-
-}  // namespace
-
 /// The head of the restart file comes before all files, so that there is none of a run that nobody knows.
-RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics,
+RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics, io::RunLayout layout,
                      const MotionState* earlier)
     : checkpoint_{dynamics, input, line.structure()},
       forces_{input.supports.size(), input.output.interval, input.output.force_window,
               io::sampling_interval(input.output.interval, longest_sample(input))} {
-  const io::RunLayout layout = layout_of(input, line, dynamics, earlier);
+  layout.earlier = input.restart.in_place ? earlier : nullptr;
   if (earlier == nullptr) {
     checkpoint_.write_head();
   }

@@ -13,6 +13,7 @@
 #include "app/support_contacts.hpp"
 #include "udar/app/case.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/io/layout.hpp"
 #include "udar/io/peaks.hpp"
 #include "udar/io/run_directory.hpp"
 #include "udar/io/support_forces.hpp"
@@ -22,9 +23,11 @@ namespace udar::app {
 /// @brief Opens the files of a run and has them written. It must outlive the run.
 class RunOutput {
  public:
-  /// @param earlier the state to go on from, in its files if `input.restart.in_place`; null: the run starts at t = 0
+  /// @param layout what `make_layout` gave @param earlier the state to go on from, in its files if
+  /// `input.restart.in_place`; null: the run starts at t = 0
   /// @note Collective. @throws FileError on all ranks
-  RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics, const MotionState* earlier);
+  RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics, io::RunLayout layout,
+            const MotionState* earlier);
 
   /// Keeps the last good step, and everything before it, of a run that failed. @note Collective.
   void keep_last_step();

@@ -79,6 +79,17 @@ std::string impact_rows(std::span<const ImpactRecord> rows) {
   return text;
 }
 
+std::string merged_header() { return "time,last_time,node,x,support,impacts,speed_max,impulse,energy_loss\n"; }
+
+std::string merged_rows(std::span<const MergedImpact> rows) {
+  std::string text;
+  for (const MergedImpact& row : rows) {
+    append_row(text, row.time, row.last_time, row.node, row.x, row.support, row.impacts, row.speed_max, row.impulse,
+               row.energy_loss);
+  }
+  return text;
+}
+
 std::string rest_header() { return "time,node,x,support,event\n"; }
 
 std::string rest_rows(std::span<const RestRecord> rows) {

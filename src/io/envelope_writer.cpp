@@ -91,7 +91,7 @@ class EnvelopeWriter final : public Observer {
       if (field.extremes) {
         const bool in_cells = field.where == Where::cells;
         assert(in_cells || !layout.rows->grouped());  // least and largest are of numbers, not of vectors
-        extremes_.emplace_back(field, i, in_cells ? static_cast<std::size_t>(layout.cells().count()) : x_.size());
+        extremes_.emplace_back(field, i, in_cells ? static_cast<std::size_t>(layout.topology.cells()) : x_.size());
       }
     }
   }
@@ -146,6 +146,12 @@ class EnvelopeWriter final : public Observer {
     for (const Extremes& extremes : extremes_) {
       note(std::string{extremes.field.name}, extremes.sizes(), extremes);
     }
+    std::vector<std::vector<double>> rows;
+    rows.reserve(columns.size());  // columns look into them
+    for (EnvelopeColumn& column : columns) {
+      rows.push_back(rows_->chosen(column.field.where, column.values));
+      column.values = rows.back();
+    }
     results_->add_envelope(columns);
     if (rows_->nodes().range().total <= kTextNodesMax &&
         std::ranges::any_of(columns, [this](const EnvelopeColumn& column) { return has_rows(column); })) {
@@ -190,11 +196,12 @@ class EnvelopeWriter final : public Observer {
   /// One row a point, in the user's order; what lies in a cell of a chain stands with the point before.
   void write_text(std::span<const EnvelopeColumn> columns) const {
     const std::size_t width = columns.size() + 2;
+    const std::vector<std::size_t>& points = rows_->a_point();
     std::vector<double> rows;
-    rows.reserve(x_.size() * width);
-    for (std::size_t i = 0; i < x_.size(); ++i) {
-      rows.push_back(static_cast<double>(number_[i]));
-      rows.push_back(x_[i]);
+    rows.reserve(points.size() * width);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      rows.push_back(static_cast<double>(number_[points[i]]));
+      rows.push_back(x_[points[i]]);
       for (const EnvelopeColumn& column : columns) {
         const bool there = has_rows(column) && i < column.values.size();
         rows.push_back(there ? column.values[i] : kUnknown);

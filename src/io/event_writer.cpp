@@ -1,3 +1,9 @@
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -6,6 +12,7 @@
 #include "io/text_file.hpp"
 #include "io/writers.hpp"
 #include "udar/io/csv.hpp"
+#include "udar/io/impact_merger.hpp"
 #include "udar/motion/motion_state.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -32,7 +39,7 @@ class EventTable {
         results_{results},
         append_{append},
         file_{comm_, folder + name_, {.header = header}, layout.earlier} {
-    if (layout.earlier != nullptr) {
+    if (layout.earlier != nullptr && layout.earlier->scalars.contains(name_of_rows())) {
       text_rows_ = static_cast<PetscInt>(layout.earlier->scalar(name_of_rows()));
       text_ended_ = text_rows_ > kTextRowsMax;
     }
@@ -100,29 +107,94 @@ class EventTable {
   bool text_ended_ = false;
 };
 
+constexpr const char* kLists = "lists of impacts";
+
+std::string lists_of(const ImpactLists& lists) {
+  std::string text;
+  text += lists.raw ? "raw " : "";
+  text += lists.rests ? "rests " : "";
+  if (lists.merged) {
+    text += "merged within ";
+    append_number(text, lists.window);
+    text += " s";
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// What goes on in a file was there from the beginning.
+void require_same_lists(const RunLayout& layout) {
+  const auto there = layout.earlier->texts.find(kLists);
+  if (there != layout.earlier->texts.end() && there->second != lists_of(layout.content.impacts)) {
+    throw InputError{"output contacts: a run that goes on in its files keeps its lists, " + there->second + " there, " +
+                     lists_of(layout.content.impacts) + " here"};
+  }
+}
+
 class EventWriter final : public BlockWriter {
  public:
   EventWriter(const RunLayout& layout, const std::string& folder, const std::shared_ptr<ResultsFile>& results,
               double interval)
       : BlockWriter{interval},
+        comm_{layout.comm()},
         results_{results},
         points_{layout.points},
         rows_{layout.rows},
-        impacts_{layout, folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts},
-        rests_{layout, folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests} {}
+        lists_{layout.content.impacts},
+        in_place_{layout.earlier != nullptr} {
+    if (in_place_) {
+      require_same_lists(layout);
+    }
+    if (layout.content.impacts.raw) {
+      impacts_.emplace(layout, folder, "impacts.csv", impact_header(), results, &ResultsFile::append_impacts);
+    }
+    if (layout.content.impacts.rests) {
+      rests_.emplace(layout, folder, "rests.csv", rest_header(), results, &ResultsFile::append_rests);
+    }
+    if (layout.content.impacts.merged) {
+      merged_.emplace(layout, folder, "impacts_merged.csv", merged_header(), results, &ResultsFile::append_merged);
+      merger_.emplace(points_->begin(), points_->points(), layout.content.impacts.window);
+    }
+  }
 
   void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
               const EventCounts& all) override {
-    impacts_.add(in_user_numbers(impacts), all.impacts, impact_rows);
-    rests_.add(in_user_numbers(rests), all.rests, rest_rows);
+    if (rows_->whole()) {
+      keep(impacts, rests, all);
+      return;
+    }
+    const std::vector<ImpactRecord> chosen_impacts = covered(impacts);
+    const std::vector<RestRecord> chosen_rests = covered(rests);
+    std::array<PetscInt, 2> counts{static_cast<PetscInt>(chosen_impacts.size()),
+                                   static_cast<PetscInt>(chosen_rests.size())};
+    MPI_Allreduce(MPI_IN_PLACE, counts.data(), 2, MPIU_INT, MPI_SUM, comm_);
+    keep(chosen_impacts, chosen_rests, {.impacts = counts[0], .rests = counts[1]});
   }
 
   void save(MotionState& state) const override {
-    impacts_.save(state);
-    rests_.save(state);
+    const auto save_table = [&state](const auto& table) {
+      if (table) {
+        table->save(state);
+      }
+    };
+    save_table(impacts_);
+    save_table(rests_);
+    save_table(merged_);
+    state.texts[kLists] = lists_of(lists_);
+    if (merger_) {
+      merger_->save(comm_, state);
+    }
+  }
+  /// In another folder begins another list: what waited there is in the earlier one.
+  void restore(const MotionState& state) override {
+    if (merger_ && in_place_) {
+      merger_->restore(state);
+    }
   }
 
   void finish() override {
+    if (merger_) {
+      take_merged(std::numeric_limits<double>::infinity());
+    }
     flush();
     results_.leave();
   }
@@ -137,23 +209,81 @@ class EventWriter final : public BlockWriter {
     return named;
   }
 
+  /// Of nodes that are written about.
+  template <class Record>
+  [[nodiscard]] std::vector<Record> covered(std::span<const Record> records) const {
+    std::vector<Record> some;
+    std::ranges::copy_if(records, std::back_inserter(some), [this](const Record& record) {
+      return rows_->covers(static_cast<std::size_t>(record.node - points_->begin()));
+    });
+    return some;
+  }
+
+  void keep(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests, const EventCounts& all) {
+    if (impacts_) {
+      impacts_->add(in_user_numbers(impacts), all.impacts, impact_rows);
+    }
+    if (rests_) {
+      rests_->add(in_user_numbers(rests), all.rests, rest_rows);
+    }
+    if (merger_) {
+      merger_->add(impacts);
+      to_merge_ += all.impacts;
+      if (to_merge_ > kEventsMax) {
+        take_merged(merger_->latest());
+      }
+    }
+  }
+
   void add(const Snapshot& /*state*/) override {}
 
+  /// Writes merged impacts that no later one than `time` can join; this rank's time, of which the latest counts.
+  void take_merged(double time) {
+    MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPI_DOUBLE, MPI_MAX, comm_);
+    const std::vector<MergedImpact> taken = merger_->take(time);
+    auto all = static_cast<PetscInt>(taken.size());
+    MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_INT, MPI_SUM, comm_);
+    merged_->add(in_user_numbers(std::span{taken}), all, merged_rows);
+    to_merge_ = 0;
+  }
+
   void write() override {
-    impacts_.write(impact_rows);
-    rests_.write(rest_rows);
+    if (merger_ && to_merge_ > 0) {
+      take_merged(merger_->latest());
+    }
+    if (impacts_) {
+      impacts_->write(impact_rows);
+    }
+    if (rests_) {
+      rests_->write(rest_rows);
+    }
+    if (merged_) {
+      merged_->write(merged_rows);
+    }
   }
 
   void sync() override {
-    impacts_.sync();
-    rests_.sync();
+    const auto sync_table = [](auto& table) {
+      if (table) {
+        table->sync();
+      }
+    };
+    sync_table(impacts_);
+    sync_table(rests_);
+    sync_table(merged_);
   }
 
+  MPI_Comm comm_;
   SharedResults results_;
   const MassPoints* points_;
   std::shared_ptr<const FileRows> rows_;
-  EventTable<ImpactRecord> impacts_;
-  EventTable<RestRecord> rests_;
+  ImpactLists lists_;
+  bool in_place_;  ///< goes on in the files of an earlier run
+  std::optional<EventTable<ImpactRecord>> impacts_;
+  std::optional<EventTable<RestRecord>> rests_;
+  std::optional<EventTable<MergedImpact>> merged_;
+  std::optional<ImpactMerger> merger_;
+  PetscInt to_merge_ = 0;  ///< impacts of all ranks since merged ones were written
 };
 
 }  // namespace

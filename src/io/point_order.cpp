@@ -108,15 +108,18 @@ std::vector<double> PointOrder::from_user(std::span<const double> ordered) const
   return own;
 }
 
+std::vector<std::int64_t> PointOrder::values_at(std::span<const PetscInt> global,
+                                                std::span<const std::int64_t> own) const {
+  std::vector<std::int64_t> values(global.size());
+  Graph asked;
+  set_graph(comm_, range_, global, asked);
+  UDAR_CALL(PetscSFBcastBegin(asked, MPI_INT64_T, own.data(), values.data(), MPI_REPLACE));
+  UDAR_CALL(PetscSFBcastEnd(asked, MPI_INT64_T, own.data(), values.data(), MPI_REPLACE));
+  return values;
+}
+
 std::vector<std::int64_t> PointOrder::rows_of(std::span<const PetscInt> global) const {
-  std::vector<std::int64_t> rows{global.begin(), global.end()};
-  if (moves_ != nullptr) {
-    Graph asked;
-    set_graph(comm_, range_, global, asked);
-    UDAR_CALL(PetscSFBcastBegin(asked, MPI_INT64_T, row_.data(), rows.data(), MPI_REPLACE));
-    UDAR_CALL(PetscSFBcastEnd(asked, MPI_INT64_T, row_.data(), rows.data(), MPI_REPLACE));
-  }
-  return rows;
+  return moves_ != nullptr ? values_at(global, row_) : std::vector<std::int64_t>{global.begin(), global.end()};
 }
 
 std::vector<double> PointOrder::largest(std::span<const PetscInt> global, std::span<const double> values) const {

@@ -11,6 +11,7 @@
 #include "udar/io/hdf5_file.hpp"
 #include "udar/io/versions.hpp"
 #include "udar/motion/motion_state.hpp"
+#include "udar/petsc/error.hpp"
 #include "udar/petsc/log.hpp"
 
 namespace udar::io {
@@ -63,6 +64,19 @@ Hdf5Id impact_type() {
                       {"velocity_after", offsetof(ImpactRecord, velocity_after), H5T_NATIVE_DOUBLE},
                       {"impulse", offsetof(ImpactRecord, impulse), H5T_NATIVE_DOUBLE},
                       {"energy_loss", offsetof(ImpactRecord, energy_loss), H5T_NATIVE_DOUBLE}});
+}
+
+Hdf5Id merged_type() {
+  const hid_t index = kWideIndices ? H5T_NATIVE_INT64 : H5T_NATIVE_INT32;
+  return record_type(sizeof(MergedImpact), {{"time", offsetof(MergedImpact, time), H5T_NATIVE_DOUBLE},
+                                            {"last_time", offsetof(MergedImpact, last_time), H5T_NATIVE_DOUBLE},
+                                            {"node", offsetof(MergedImpact, node), index},
+                                            {"x", offsetof(MergedImpact, x), H5T_NATIVE_DOUBLE},
+                                            {"support", offsetof(MergedImpact, support), index},
+                                            {"impacts", offsetof(MergedImpact, impacts), index},
+                                            {"speed_max", offsetof(MergedImpact, speed_max), H5T_NATIVE_DOUBLE},
+                                            {"impulse", offsetof(MergedImpact, impulse), H5T_NATIVE_DOUBLE},
+                                            {"energy_loss", offsetof(MergedImpact, energy_loss), H5T_NATIVE_DOUBLE}});
 }
 
 Hdf5Id rest_type() {
@@ -165,7 +179,9 @@ void add_held(Hdf5File& file, const RunLayout& layout) {
   for (std::size_t point = 0; point < layout.points->points(); ++point) {
     if (layout.points->fixed(point)) {
       any = 1;
-      held[layout.rows->node(point)] = 1;
+      if (const auto row = layout.rows->row(point); row) {
+        held[*row] = 1;
+      }
     }
   }
   MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_LOR, layout.comm());
@@ -178,7 +194,7 @@ void add_held(Hdf5File& file, const RunLayout& layout) {
 /// What nodes are the corners of, and what of the user's model that is.
 void add_cells(Hdf5File& file, const RunLayout& layout) {
   const PointOrder& order = layout.rows->cells();
-  const Topology& topology = layout.topology;
+  const Topology& topology = layout.rows->topology();
   const auto corners = static_cast<int>(Topology::corners_of(topology.shape));
   file.add_node_values("/cells", order.range(), order.to_user(layout.rows->nodes().rows_of(topology.corners), corners),
                        corners);
@@ -216,8 +232,9 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
     file.add_attribute("/", "filter_frequency", *layout.filter_frequency);
   }
   const bool only_points = layout.topology.shape == Topology::Shape::vertex;
+  const PetscInt elements = range_of(layout.comm(), layout.topology.cells()).total;
   file.add_attribute("/", "structure", std::string{layout.topology.name});
-  file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : layout.cells().total));
+  file.add_attribute("/", "elements", static_cast<std::int64_t>(only_points ? 0 : elements));
   file.add_group("/parameters");
   for (const auto& [name, value] : layout.parameters) {
     file.add_attribute("/parameters", name, value);
@@ -229,6 +246,10 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   add_units(file, "/gauge_node", "1");
   file.add_small("/gauge_position", layout.gauge_position);
   add_units(file, "/gauge_position", "m");
+  if (!layout.rows->all()) {  // their nodes need have no rows
+    file.add_small("/gauge_place", layout.places_of(layout.gauge_node));
+    add_units(file, "/gauge_place", "m");
+  }
 
   const auto add_of_supports = [&](const char* name, const char* units, auto value_of) {
     std::vector<double> values;
@@ -283,15 +304,34 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 }
 
 /// A table of records, or the one that is there.
-void add_table(Hdf5File& file, bool anew, const char* name, hid_t type, const char* units) {
+void add_table(Hdf5File& file, const char* name, hid_t type, const char* units) {
   file.add_records(name, type);
-  if (anew) {
+  if (!file.has(name, "units")) {
     add_units(file, name, units);
   }
 }
 
 constexpr const char* kExtents = "results.h5 extents";
 constexpr const char* kPieces = "results.h5";
+constexpr const char* kFieldNames = "fields of results.h5";
+constexpr const char* kMerged = "/impacts_merged";
+
+std::string names_of(const std::vector<FileField>& fields) {
+  std::string names;
+  for (const FileField& field : fields) {
+    names.append(names.empty() ? "" : ", ").append(field.name);
+  }
+  return names.empty() ? "none" : names;
+}
+
+/// Rows of fields stand side by side: none may begin later, or end earlier.
+void require_same_fields(const RunLayout& layout, const std::vector<FileField>& fields) {
+  const auto there = layout.earlier->texts.find(kFieldNames);
+  if (there != layout.earlier->texts.end() && there->second != names_of(fields)) {
+    throw InputError{"output fields: results.h5 has " + there->second +
+                     "; a run that goes on in it has the same, not " + names_of(fields)};
+  }
+}
 
 std::unique_ptr<Hdf5File> open_results(const RunLayout& layout, const std::string& path) {
   if (layout.earlier == nullptr) {
@@ -307,7 +347,7 @@ std::unique_ptr<Hdf5File> open_results(const RunLayout& layout, const std::strin
 ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
     : file_{open_results(layout, path)},
       rows_{layout.rows},
-      fields_{layout.rows->fields(layout.fields)},
+      fields_{layout.fields_in_files()},
       supports_{static_cast<PetscInt>(layout.supports.size())},
       anew_{layout.earlier == nullptr} {
   int rank = 0;
@@ -316,19 +356,24 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
   if (anew_) {
     add_layout(*file_, layout);
     file_->add_group("/fields");
+  } else {
+    require_same_fields(layout, fields_);
   }
   set_program(*file_, layout);
-  add_table(*file_, anew_, kFieldTime, H5T_NATIVE_DOUBLE, "s");
+  add_table(*file_, kFieldTime, H5T_NATIVE_DOUBLE, "s");
   for (const FileField& field : fields_) {
     file_->add_rows(field.path(), field.flag ? H5T_NATIVE_UINT8 : H5T_NATIVE_DOUBLE,
-                    rows_->order_of(field.where).range().total, field.components);
+                    rows_->order_of(field.where).range().total, field.components, layout.content.compression);
     if (anew_) {
       add_description(*file_, field.path(), field);
     }
   }
-  add_table(*file_, anew_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
-  add_table(*file_, anew_, "/rests", rest_type(), "s,1,m,1,1");
-  add_table(*file_, anew_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,J,1");
+  add_table(*file_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
+  if (layout.content.impacts.merged) {
+    add_table(*file_, kMerged, merged_type(), "s,s,1,m,1,1,m/s,N s,J");
+  }
+  add_table(*file_, "/rests", rest_type(), "s,1,m,1,1");
+  add_table(*file_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
   field_rows_ = field_rows_on_disk_ = file_->rows(kFieldTime);
 }
@@ -337,6 +382,7 @@ void ResultsFile::save(MotionState& state) const {
   Hdf5File::Mark mark = file_->mark();
   state.tables[kExtents] = std::move(mark.extents);
   state.texts[kPieces] = std::move(mark.pieces);
+  state.texts[kFieldNames] = names_of(fields_);
 }
 
 std::vector<double> ResultsFile::field_times() const {
@@ -380,6 +426,11 @@ void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
   flush_if_due();
 }
 
+void ResultsFile::append_merged(std::span<const MergedImpact> rows) {
+  file_->append_records(kMerged, rows.data(), rows.size());
+  flush_if_due();
+}
+
 void ResultsFile::append_rests(std::span<const RestRecord> rows) {
   file_->append_records("/rests", rows.data(), rows.size());
   flush_if_due();
@@ -400,7 +451,7 @@ void ResultsFile::append_energy(std::span<const double> times, std::span<const E
 }
 
 void ResultsFile::add_contact(double force_window, bool supports_move) {
-  add_table(*file_, anew_, kContact, contact_type(), "s,1,m,m,N,N s");
+  add_table(*file_, kContact, contact_type(), "s,1,m,m,N,N s");
   if (anew_) {
     file_->add_group("/supports");
   }

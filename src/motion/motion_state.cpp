@@ -45,6 +45,7 @@ constexpr Bounds kTime{.least = 0.0};
 constexpr Bounds kAnyNumber{.least = -kUnbounded, .most = kUnbounded};
 
 constexpr std::array kScalars{Named{"impacts", kCount},
+                              Named{"merged impacts of a node", kCount},
                               Named{"rests", kCount},
                               Named{"releases", kCount},
                               Named{"resting", kCount},
@@ -71,9 +72,13 @@ constexpr std::array kScalars{Named{"impacts", kCount},
 // Forces of supports may have no number, and are judged where they are read.
 constexpr std::array kTables{Named{"support_impulse", kFinite}, Named{"amplitude", kFinite},
                              Named{"contact_force", kFinite}, Named{"modal_", kAnyNumber}, Named{"hinge_", kFinite}};
-constexpr std::array kFields{Named{"mass_", kFinite},           Named{"stretch", kFinite},
-                             Named{"line_", kFinite},           Named{"contact_force_", kFinite},
-                             Named{"last_contact", kAnyNumber}, Named{"largest_compression", kTime}};
+constexpr std::array kFields{Named{"mass_", kFinite},
+                             Named{"stretch", kFinite},
+                             Named{"line_", kFinite},
+                             Named{"contact_force_", kFinite},
+                             Named{"last_contact", kAnyNumber},
+                             Named{"merged_impact_", kFinite},
+                             Named{"largest_compression", kTime}};
 
 /// By the longest name that fits; null: none does.
 template <std::size_t Count>

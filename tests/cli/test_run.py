@@ -49,7 +49,8 @@ HELP_OPTIONS = """
     initial_shape filter_frequency support_position support_width support_height support_side contact_restitution
     contact_tolerance floor floor_height gauge_position load_position load_table output_directory output_interval
     output_field_interval output_force_window output_overwrite restart_file restart_interval restart_wall_minutes
-    wall_limit continue udar_view udar_guard udar_summary output_monitor
+    wall_limit continue udar_view udar_guard udar_summary output_monitor output_fields output_compression
+    output_contacts output_contact_window output_region output_members output_stride
     ts_max_time ts_rtol ts_type options_file version citations
     ts_rk_type filter_ksp_type filter_pc_type""".split()
 HELP_UNITS = ["[m]", "[rad/s]", "[Pa]", "[kg/m^3]", "[s]", "[m/s]", "[m/s^2]"]
@@ -948,9 +949,9 @@ NOT_TRIED = {
     "beam_right_spring", "beam_yield_hardening",
     "beam_left_rotational_spring", "beam_right_rotational_spring", "filter_correct_mode", "ts_max_time",
     "structure_type", "structure_stiffness", "structure_mass", "structure_points", "structure_lumping",
-    "structure_write", "damping_ratio", "modal_estimate", "gauge_place", "gauge_junction", "network_file",
-    "network_groups", "network_grillage", "network_lattice", "network_spacing", "network_elements", "network_grading",
-    "network_section",
+    "structure_write", "output_members", "damping_ratio", "modal_estimate", "gauge_place", "gauge_junction",
+    "network_file", "network_groups", "network_grillage", "network_lattice", "network_spacing", "network_elements",
+    "network_grading", "network_section",
     "network_section_radius", "network_section_inner_radius", "network_section_width", "network_section_height",
     "network_young_modulus", "network_poisson_ratio", "network_density", "network_theory", "network_rotation",
     "network_partition", "network_shift", "support_normal", "support_friction", "support_y_position", "support_y_width",
@@ -1075,7 +1076,8 @@ def changes_at_a_restart(folder):
         {"beam_outer_fibre": 0.2, "beam_yield_stress": 1e8}, {"filter_check_interval": 7},
         {"filter_residual_tolerance": 1e-7}, {"filter_pc_chain_lanes": 1}, {"contact_tolerance": 1e-9},
         {"gauge_position": 3}, {"output_interval": 0.02}, {"output_field_interval": 0.03}, {"output_force_window": 0.5},
-        {"output_monitor": 0.1}, {"udar_summary": "none"},
+        {"output_monitor": 0.1}, {"udar_summary": "none"}, {"output_fields": "moment"}, {"output_compression": 1},
+        {"output_contacts": "both", "output_contact_window": 0.01}, {"output_region": "2,5"}, {"output_stride": 3},
         {"output_allow_large": True}, {"output_overwrite": True}, {"restart_interval": 0.5}, {"udar_view": True},
         {"restart_wall_minutes": 1}, {"wall_limit": 100}, {"udar_guard": "stop"},
         {"structure_memory": 1e12},

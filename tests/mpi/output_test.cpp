@@ -463,6 +463,77 @@ TEST(RunWriters, SplitLongRowsIntoSeveralChunks) {
   }
 }
 
+/// Level of gzip of a dataset, 0 without, and the rows of a chunk.
+std::array<hsize_t, 2> packing_of(const std::string& path, const char* name) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t data = H5Dopen2(file, name, H5P_DEFAULT);
+  const hid_t creation = H5Dget_create_plist(data);
+  std::array<hsize_t, 2> chunk{};
+  H5Pget_chunk(creation, 2, chunk.data());
+  std::array<unsigned, 1> level{};
+  std::size_t values = level.size();
+  unsigned flags = 0;
+  if (H5Pget_nfilters(creation) == 2) {  // behind the shuffle
+    H5Pget_filter_by_id2(creation, H5Z_FILTER_DEFLATE, &flags, &values, level.data(), 0, nullptr, nullptr);
+  }
+  H5Pclose(creation);
+  H5Dclose(data);
+  H5Fclose(file);
+  return {level[0], chunk[0]};
+}
+
+TEST(RunWriters, CompressLongRowsOneByOne) {
+  for (const PetscInt nodes : {511, 512, 300001}) {  // a row of 512 is 4 KiB, the last has several chunks
+    const TemporaryFolder folder;
+    RunLayout layout = layout_of(nodes);
+    layout.content.compression = 3;
+    const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
+    for (int row = 0; row < 3; ++row) {
+      write_row(writers, layout.nodes(), row);
+      writers.back()->flush();
+      if (world_rank() == 0 && row == 1) {
+        fs::copy_file(folder / "results.h5", folder / "copy.h5");  // what a kill now would leave
+        expect_fields(SerialFile{folder / "copy.h5"}, nodes, 2);
+      }
+    }
+    finish(writers);
+    if (world_rank() == 0) {
+      expect_fields(SerialFile{folder / "results.h5"}, nodes, 3);
+      const auto [level, rows] = packing_of(folder / "results.h5", "/fields/moment");
+      EXPECT_EQ(level, nodes < 512 ? 0U : 3U);
+      EXPECT_EQ(rows, nodes < 512 ? 64U : 1U);
+    }
+  }
+}
+
+// In order of time, then node, whichever rank has it and whenever a table is written.
+TEST(RunWriters, MergeImpactsOfAllRanks) {
+  const TemporaryFolder folder;
+  RunLayout layout = layout_of(12);
+  layout.content.impacts = {.raw = false, .rests = false, .merged = true, .window = 1.0};
+  const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
+  for (int instant = 0; instant < 40; ++instant) {
+    std::vector<ImpactRecord> impacts;
+    for (PetscInt node = layout.nodes().begin; node < layout.nodes().end; ++node) {
+      impacts.push_back({0.25 * instant, node, 0.5 * static_cast<double>(node), 0, -1.0 - instant, 0.5, 2.0, 0.75});
+    }
+    write_events(writers, impacts, {});
+    write_row(writers, layout.nodes(), instant);
+  }
+  finish(writers);
+  if (world_rank() == 0) {
+    EXPECT_FALSE(fs::exists(folder / "impacts.csv"));
+    const std::vector<std::string> lines = read_lines(folder / "impacts_merged.csv");
+    ASSERT_EQ(lines.size(), 121U);
+    EXPECT_EQ(lines[0], "time,last_time,node,x,support,impacts,speed_max,impulse,energy_loss");
+    EXPECT_EQ(lines[1], "0,0.75,0,0,0,4,4,8,3");
+    EXPECT_EQ(lines[24], "1,1.75,11,5.5,0,4,8,8,3");
+    const SerialFile file{folder / "results.h5"};
+    EXPECT_EQ(file.shape("/impacts_merged"), std::vector<hsize_t>{120});
+    EXPECT_EQ(file.column("/impacts_merged", "speed_max").at(119), 40.0);
+  }
+}
+
 TEST(RunWriters, KeepTheResultsReadableWhileTheRunGoesOn) {
   const TemporaryFolder folder;
   const RunLayout layout = layout_of(50);

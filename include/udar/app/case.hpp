@@ -11,6 +11,7 @@
 #include "udar/dynamics/guards.hpp"
 #include "udar/dynamics/model.hpp"
 #include "udar/filter/filtered_structure.hpp"
+#include "udar/io/output_choice.hpp"
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/initial_state.hpp"
@@ -32,6 +33,9 @@ struct OutputParameters {
   bool overwrite = false;
   bool allow_large = false;       ///< more than 10^6 rows or 10 GB
   double monitor_interval = 0.0;  ///< of rows on the terminal [s]; 0: none
+  io::ContentChoice content{};
+  std::vector<std::string> members;  ///< of a network: those that have rows in the files, names or groups; empty: all
+  io::RowChoice rows{};              ///< the same of nodes, but for these members
   PageForm page = PageForm::text;
 };
 

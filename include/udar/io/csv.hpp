@@ -1,7 +1,7 @@
 #pragma once
 /// @file
-/// Tables for people: the text of gauges.csv, energy.csv, impacts.csv, rests.csv, contact.csv and envelope.csv. Numbers
-/// have the fewest digits that read back to the same double; every row ends with a newline.
+/// Tables for people: the text of gauges.csv, energy.csv, impacts.csv, impacts_merged.csv, rests.csv, contact.csv and
+/// envelope.csv. Numbers have the fewest digits that read back to the same double; every row ends with a newline.
 /// @see docs/output.md
 
 #include <cstddef>
@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "udar/io/impact_merger.hpp"
 #include "udar/motion/observer.hpp"
 
 namespace udar::io {
@@ -25,6 +26,9 @@ namespace udar::io {
 
 [[nodiscard]] std::string impact_header();
 [[nodiscard]] std::string impact_rows(std::span<const ImpactRecord> rows);
+
+[[nodiscard]] std::string merged_header();
+[[nodiscard]] std::string merged_rows(std::span<const MergedImpact> rows);
 
 [[nodiscard]] std::string rest_header();
 [[nodiscard]] std::string rest_rows(std::span<const RestRecord> rows);

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "udar/io/file_rows.hpp"
+#include "udar/io/output_choice.hpp"
 #include "udar/numerics/height_grid.hpp"
 #include "udar/structure/description.hpp"
 #include "udar/structure/field.hpp"
@@ -54,14 +55,16 @@ struct RunLayout {
   };
 
   /// @param of         borrowed; must outlive the writers
-  /// @param topology_of them @note Collective.
-  RunLayout(const MassPoints& of, Topology topology_of);
+  /// @param topology_of them @param choice which of them have rows @note Collective.
+  /// @throws InputError if none has
+  RunLayout(const MassPoints& of, Topology topology_of, const RowChoice& choice = {});
 
-  const MassPoints* points;                           ///< never null
-  Topology topology;                                  ///< this rank's cells
-  bool tubes = false;                                 ///< its cells are pieces of members and have radii
-  std::shared_ptr<const FileRows> rows;               ///< from this rank's points and cells to rows of the files
-  std::vector<FieldInfo> fields;                      ///< of the snapshots, in their order
+  const MassPoints* points;              ///< never null
+  Topology topology;                     ///< this rank's cells, whether they have rows or not
+  bool tubes = false;                    ///< its cells are pieces of members and have radii
+  std::shared_ptr<const FileRows> rows;  ///< from this rank's points and cells to rows of the files
+  std::vector<FieldInfo> fields;         ///< of the snapshots, in their order
+  ContentChoice content{};
   std::vector<ScaledPeak> peaks;                      ///< made of their extremes
   std::vector<PetscInt> gauge_node;                   ///< global point of each gauge
   std::vector<std::vector<PointShare>> gauge_height;  ///< what it reads
@@ -83,8 +86,12 @@ struct RunLayout {
   /// This rank's rows of the nodes, and of the cells.
   [[nodiscard]] const NodeRange& nodes() const noexcept { return rows->nodes().range(); }
   [[nodiscard]] const NodeRange& cells() const noexcept { return rows->cells().range(); }
-  /// Fields with rows: those of the line, then those of the masses.
+  /// Fields with rows that files have. @throws InputError if one that is wanted does not exist
+  [[nodiscard]] std::vector<FileField> fields_in_files() const;
+  /// The same, those of the line, then those of the masses.
   [[nodiscard]] std::vector<FileField> fields_in_pictures() const;
+  /// Where some global points are, x, y, z of each, the same on every rank [m]. @note Collective: one reduction.
+  [[nodiscard]] std::vector<double> places_of(std::span<const PetscInt> global) const;
   /// Numbers in the user's model of the nodes of some global points, the same on every rank. @note Collective: one
   /// reduction.
   [[nodiscard]] std::vector<std::int64_t> numbers_of(std::span<const PetscInt> global) const;

@@ -51,6 +51,9 @@ class PointOrder {
   [[nodiscard]] std::vector<std::uint8_t> to_user(std::span<const std::uint8_t> own, int components = 1) const;
   [[nodiscard]] std::vector<double> from_user(std::span<const double> ordered) const;
   /// @}
+  /// Values of global points, any rank's. @param[in] own one for each of this rank's points @note Collective.
+  [[nodiscard]] std::vector<std::int64_t> values_at(std::span<const PetscInt> global,
+                                                    std::span<const std::int64_t> own) const;
   /// Rows in a file of global points, any rank's. @note Collective unless nothing moves.
   [[nodiscard]] std::vector<std::int64_t> rows_of(std::span<const PetscInt> global) const;
   /// Of each of this rank's points the largest of the values, all >= 0, that any ranks have for it; 0 where there is

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "udar/io/csv.hpp"
+#include "udar/io/impact_merger.hpp"
 #include "udar/io/layout.hpp"
 #include "udar/motion/observer.hpp"
 
@@ -48,6 +49,7 @@ class ResultsFile {
   /// @name Rows of the tables: each rank's, one rank's behind the other's
   /// @{
   void append_impacts(std::span<const ImpactRecord> rows);
+  void append_merged(std::span<const MergedImpact> rows);
   void append_rests(std::span<const RestRecord> rows);
   /// @}
   /// @param[in] times, rows equal on every rank

@@ -110,7 +110,9 @@ def main(arguments):
         note("no supports: no picture of contacts")
     if not several:
         line = runs[0].along_line
-        if line:
+        if line and runs[0].instants is None:
+            note(f"{runs[0].folder} was written without positions: no picture of the deflection")
+        elif line:
             draw_deflection(pen, runs[0])
         elif network is not None:
             draw_network(pen, runs[0], network)

@@ -350,7 +350,7 @@ def compare_runs(result: Comparison, runs: list[RunFiles], span: float) -> None:
     tables = []
     for files in runs:
         with files.results() as file:
-            tables.append(files.records(file, "impacts", ("time", "node", "x", "support", "velocity_before")))
+            tables.append(files.impacts(file, ("time", "node", "x", "support", "velocity_before")))
     if any(len(table["time"]) for table in tables):
         result.impacts = compare_impacts(tables, span, result.tolerance)
     ended = [bool(files.summary) for files in runs]

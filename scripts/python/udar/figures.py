@@ -42,10 +42,9 @@ def draw_gauges(pen, runs, chosen):
                               sharey=reference.along_line)
     marked = held = struck = False
     for axis, gauge in zip(axes[:, 0], chosen):
-        node = reference.gauge_node[gauge]
         heights = set()
         for number, run in enumerate(runs):
-            own = gauge if run is reference else match_gauge(run, reference.place[node])
+            own = gauge if run is reference else match_gauge(run, reference.gauge_at[gauge])
             if own is None:
                 continue
             time = run.gauges["time"]
@@ -55,7 +54,7 @@ def draw_gauges(pen, runs, chosen):
                       linestyle=(0, (1.5, 1.2)) if several else (0, (4, 1.2)), zorder=3)
             axis.plot(*thin(time, run.gauges[f"mass_{own}"]), color=mass_colour, linewidth=1.3, zorder=2.5)
             own_node = run.gauge_node[own]
-            for k in run.supports_of_node(own_node):
+            for k in run.supports_of_gauge(own):
                 if run.supports[k].striker is not None:
                     struck = True
                     axis.plot(*thin(run.strikers["time"], run.strikers[f"position_{run.supports[k].striker}"]),
@@ -71,7 +70,7 @@ def draw_gauges(pen, runs, chosen):
             held = True
             axis.axhline(level, color=GREY, linewidth=1.0, linestyle="-", zorder=1.8)
         where = f"gauge {gauge}, {reference.gauge_place(gauge)}"
-        under = [reference.supports[k] for k in reference.supports_of_node(node)]
+        under = [reference.supports[k] for k in reference.supports_of_gauge(gauge)]
         axis.set_title(where + place_of(under), loc="left", pad=3)
         name_axis(axis.yaxis, "y", "m")
     if several:

@@ -13,10 +13,10 @@ from .tools import UserError, first_line, read_csv
 ENERGIES = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "support_springs", "load_work",
             "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "lost_in_hinges",
             "total")
-UNITS = {**dict.fromkeys(ENERGIES, "J"), "energy_loss": "J", "time": "s", "x": "m", "x_min": "m", "x_max": "m",
-         "mass": "m", "line": "m", "position": "m", "velocity": "m/s", "velocity_before": "m/s",
-         "velocity_after": "m/s", "force": "N", "impulse": "N s", "moment_min": "N m", "moment_max": "N m",
-         "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}  # of columns; of others 1
+UNITS = {**dict.fromkeys(ENERGIES, "J"), "energy_loss": "J", "time": "s", "last_time": "s", "x": "m", "x_min": "m",
+         "x_max": "m", "mass": "m", "line": "m", "position": "m", "velocity": "m/s", "velocity_before": "m/s",
+         "velocity_after": "m/s", "speed_max": "m/s", "force": "N", "impulse": "N s", "moment_min": "N m",
+         "moment_max": "N m", "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}  # of columns; of others 1
 
 
 def unit_of(column):
@@ -101,6 +101,13 @@ class RunFiles:
                 raise UserError(f"{self.path}: /{name} lacks one of the columns {', '.join(needed)}")
             return {column: records[column] for column in records.dtype.names}
         return self.table(name, [column if column != "release" else "event" for column in needed])
+
+    def impacts(self, file, needed):
+        """Impacts, or where a run has them merged alone these, `velocity_before` being their largest speed."""
+        if "impacts_merged" not in file or (self.folder / "impacts.csv").exists():
+            return self.records(file, "impacts", needed)
+        merged = self.records(file, "impacts_merged", ("time", "node", "x", "support", "speed_max", "impulse"))
+        return merged | {"velocity_before": merged["speed_max"]}
 
     def contact(self, file):
         """contact.csv, and with more supports than it has columns for those of results.h5; None without supports."""

@@ -16,7 +16,7 @@ if typing.TYPE_CHECKING:
     import xarray
 
 Path = typing.Union[str, "os.PathLike[str]"]
-WHOLE = ("node", "support", "masses", "member", "cell")  # columns of whole numbers
+WHOLE = ("node", "support", "masses", "member", "cell", "impacts")  # columns of whole numbers
 SUPPORT_UNITS = {"position": "m", "width": "m", "height": "m", "side": "1", "restitution": "1", "impulse": "N s",
                  "peak_force": "N"}
 
@@ -109,6 +109,16 @@ class Results:
         """All impacts: `time` [s], `node`, `x` [m], `support`, `velocity_before`, `velocity_after` [m/s], `impulse`
         [N s], `energy_loss` [J]."""
         return self._records("impacts")
+
+    @functools.cached_property
+    def merged_impacts(self) -> "pandas.DataFrame":
+        """Impacts of a node on a support within `-output_contact_window` as one: `time` of the first and `last_time`
+        [s], `node`, `x` [m], `support`, how many `impacts`, `speed_max` [m/s], sums of `impulse` [N s] and
+        `energy_loss` [J]; UserError where the run was not asked for them."""
+        with self._files.results() as file:
+            if "impacts_merged" not in file:
+                raise UserError(f"{self.path}: the run was not asked to merge impacts (-output_contacts)")
+        return self._records("impacts_merged")
 
     @functools.cached_property
     def rests(self) -> "pandas.DataFrame":

@@ -308,7 +308,7 @@ def draw_structure(pen, run, network):
                      clip_on=False)
         handles.append(Line2D([], [], linestyle="none", marker="^", color=GREEN, label="held"))
     if len(run.gauge_node):
-        gauges = upright(places[run.gauge_node])
+        gauges = upright(run.gauge_at)
         axis.scatter(*gauges.T, color=VERMILLION, s=26, depthshade=False, zorder=6, clip_on=False)
         handles.append(Line2D([], [], linestyle="none", marker="o", color=VERMILLION, label="gauge"))
         for number, at in enumerate(gauges if len(gauges) <= MOST_NAMES else ()):

@@ -10,6 +10,7 @@ from .tools import UserError
 
 INSTANTS = 12        # deflection curves
 ROWS_BEFORE = 2      # of them, before the first contact
+SHAPE = ("line_position", "mass_position")  # fields that a picture of a beam needs
 IMPACT_COLUMNS = ("time", "node", "x", "support", "impulse")
 REST_COLUMNS = ("time", "node", "x", "support", "release")
 
@@ -65,9 +66,14 @@ class Run:
     lift: tuple = None       # (times, what motion adds to the height of each support); None where none moves
     cells: np.ndarray = None   # rows of /x at the corners of the line's cells
     envelope: dict = None      # Extremes of /envelope by the field's name; written when a run ends
+    gauge_at: np.ndarray = None  # x, y, z of the gauges' nodes, which need not be among those above: -1 in gauge_node
     instants: np.ndarray = None  # times of the rows below; None when not asked for
     line_rows: np.ndarray = None
     mass_rows: np.ndarray = None
+
+    def __post_init__(self):
+        if self.gauge_at is None:
+            self.gauge_at = self.place[self.gauge_node] if len(self.place) else np.zeros((len(self.gauge_node), 3))
 
     @property
     def along_line(self):
@@ -75,7 +81,7 @@ class Run:
         return self.structure == "beam"
 
     def gauge_place(self, gauge):
-        x, y, z = (with_unit(value, "m") for value in self.place[self.gauge_node[gauge]])
+        x, y, z = (with_unit(value, "m") for value in self.gauge_at[gauge])
         return self.gauge_names[gauge] or f"x = {x}" + ("" if self.along_line else f", y = {y}, z = {z}")
 
     @property
@@ -133,14 +139,16 @@ class Run:
             found = [(float(at), self.supports[min(first[1], len(self.supports) - 1)].side)]
         return found
 
-    def supports_of_node(self, node):
-        """Numbers of the supports the mass of this node can touch."""
+    def supports_of_gauge(self, gauge):
+        """Numbers of the supports the mass of its node can touch."""
+        x = self.gauge_at[gauge, 0]
+
         def touches(support):
             if support.normal is not None:
                 return False  # heights are not along y
             if support.high > support.low:
-                return support.low - 1e-9 <= self.x[node] <= support.high + 1e-9
-            return node == int(np.argmin(np.abs(self.x - support.position)))
+                return support.low - 1e-9 <= x <= support.high + 1e-9
+            return x == self.x[np.argmin(np.abs(self.x - support.position))]
         return [number for number, support in enumerate(self.supports) if touches(support)]
 
 
@@ -217,7 +225,7 @@ def read_envelope(group, points, cells):
 def read_instants(file, run):
     """Rows of the fields around the first contact: two before it, the others over the time it lasts."""
     fields = file["fields"]
-    rows = min(len(fields[name]) for name in ("time", "line_position", "mass_position"))  # may differ in a cut run
+    rows = min(len(fields[name]) for name in ("time", *SHAPE))  # may differ in a cut run
     time = fields["time"][:rows]
     contacts = run.first_contacts()
     if contacts and rows > INSTANTS:
@@ -236,7 +244,7 @@ def read_instants(file, run):
     run.instants = time[chosen]
     every = max(1, len(run.x) // (2 * BINS))
     run.line_rows, run.mass_rows = (np.array([fields[name][row][::every] for row in chosen])
-                                    for name in ("line_position", "mass_position"))
+                                    for name in SHAPE)
 
 
 def end_of_contact(run, begin):
@@ -289,9 +297,10 @@ def read_motion(files, file, with_tables):
         x=x,
         place=np.column_stack([x, *(file[axis][()] if axis in file else np.zeros(len(x)) for axis in "yz")]),
         gauge_node=gauge_node,
+        gauge_at=np.zeros((len(gauge_node), 3)),
         supports=read_supports(file, x),
         gauges={}, strikers={}, energy={},
-        impacts=files.records(file, "impacts", IMPACT_COLUMNS) if with_tables else {},
+        impacts=files.impacts(file, IMPACT_COLUMNS) if with_tables else {},
         rests=files.records(file, "rests", REST_COLUMNS) if with_tables else {},
         finished=files.finished,
         structure=text_of(file, "structure", "beam"),
@@ -312,23 +321,26 @@ def read_motion(files, file, with_tables):
 def number_by_rows(files, file, run):
     """Nodes of gauges, impacts and rests by their row in the file, in place of the user's number."""
     numbers = file["node"][()] if "node" in file else np.arange(len(run.x))
-    if not np.isin(run.gauge_node, numbers).all():
+    known = np.isin(run.gauge_node, numbers)
+    if not known.all() and "gauge_place" not in file:
         raise UserError(f"{files.path}: /gauge_node names a node that /x does not have")
-    run.gauge_node = np.searchsorted(numbers, run.gauge_node)
-    for table in filter(None, (run.impacts, run.rests)):
-        table["node"] = np.searchsorted(numbers, table["node"])
+    run.gauge_node = np.where(known, np.searchsorted(numbers, run.gauge_node), -1)
+    run.gauge_at = file["gauge_place"][()].reshape(-1, 3) if "gauge_place" in file else run.place[run.gauge_node]
+    for table in filter(None, (run.impacts, run.rests)):  # a stride leaves nodes out
+        table["node"] = np.maximum(np.searchsorted(numbers, table["node"], side="right") - 1, 0)
         if np.any((table["support"] < 0) | (table["support"] >= len(run.supports))):
             raise UserError(f"{files.path}: an impact or rest names a support that is not in /support_position")
 
 
 def read_line(files, file, run):
     """Instants and envelopes of a beam."""
-    read_instants(file, run)
+    if all(name in file["fields"] for name in SHAPE):
+        read_instants(file, run)
     run.cells = file["cells"][()].reshape(len(file["cells"]), -1)
     if "envelope" in file:
         run.envelope = read_envelope(file["envelope"], len(run.x), len(run.cells))
-    for name, rows in (("line_position", run.line_rows), ("mass_position", run.mass_rows)):
-        if len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
+    for name, rows in zip(SHAPE, (run.line_rows, run.mass_rows)):
+        if rows is not None and len(rows) and rows.shape[1:] != (len(drawn_nodes(run)),):
             raise UserError(f"{files.path}: /fields/{name} does not have one value per node of /x")
 
 
@@ -355,7 +367,7 @@ def match_gauge(run, place):
     """Number of the gauge of `run` at a place, or None: runs laid over each other may differ in mesh and gauges."""
     if not len(run.gauge_node):
         return None
-    distance = np.linalg.norm(run.place[run.gauge_node] - place, axis=1)
+    distance = np.linalg.norm(run.gauge_at - place, axis=1)
     nearest = int(np.argmin(distance))
     near = 0.51 * np.min(np.diff(np.unique(run.x))) if run.along_line else 0.01 * np.ptp(run.place, axis=0).max()
     return nearest if distance[nearest] <= near else None

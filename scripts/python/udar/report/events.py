@@ -46,7 +46,10 @@ class Grid:
 
 
 def table_of(file, folder, name, ended):
-    """Impacts or rests: of results.h5 once the run has ended, before that of the CSV file, which is complete."""
+    """Impacts, or in their place merged ones, or rests: of results.h5 once the run has ended, before that of the CSV
+    file, which is complete."""
+    if name == "impacts" and not (folder / "impacts.csv").exists() and (folder / "impacts_merged.csv").exists():
+        name = "impacts_merged"
     csv = folder / f"{name}.csv"
     if file is not None and name in file and (ended or not csv.exists()):
         return RecordTable(file[name])
@@ -54,13 +57,16 @@ def table_of(file, folder, name, ended):
 
 
 def gather_impacts(table, grid):
-    """(marks, size of their cells or None, numbers of the supports that were hit); marks have t, x, speed, ..."""
-    names = ["time", "x", "velocity_before", "impulse", "support"]
+    """(marks, size of their cells or None, numbers of the supports that were hit, how many impacts); marks have t, x,
+    speed, ..."""
+    merged = "speed_max" in table.names
+    names = ["time", "x", "speed_max" if merged else "velocity_before", "impulse", "support",
+             *(["impacts"] if merged else [])]
     if len(table) <= MOST_MARKS:
         rows = np.concatenate([np.empty((0, len(names))), *table.blocks(names, BLOCK)])
         marks = {"t": rows[:, 0], "x": rows[:, 1], "speed": np.abs(rows[:, 2]), "impulse": np.abs(rows[:, 3]),
-                 "count": np.ones(len(rows))}
-        return marks, None, np.unique(rows[:, 4].astype(int))
+                 "count": rows[:, 5] if merged else np.ones(len(rows))}
+        return marks, None, np.unique(rows[:, 4].astype(int)), int(marks["count"].sum())
     cells = COLUMNS * grid.rows
     speed, impulse, count, supports = np.zeros(cells), np.zeros(cells), np.zeros(cells), set()
     for rows in table.blocks(names, BLOCK):
@@ -70,12 +76,12 @@ def gather_impacts(table, grid):
         fastest[cell[rising]] = np.abs(rows[rising, 2])  # of equal cells the last one stays
         np.maximum(speed, fastest, out=speed)
         impulse += np.bincount(cell, np.abs(rows[:, 3]), cells)
-        count += np.bincount(cell, minlength=cells)
+        count += np.bincount(cell, rows[:, 5] if merged else None, cells)
         supports |= set(np.unique(rows[:, 4].astype(int)))
     hit = np.flatnonzero(count)
     marks = {"t": grid.time_of(hit % COLUMNS + 0.5), "x": grid.x_of(hit // COLUMNS), "speed": speed[hit],
              "impulse": impulse[hit], "count": count[hit]}
-    return marks, grid.size, np.array(sorted(supports), int)
+    return marks, grid.size, np.array(sorted(supports), int), int(count.sum())
 
 
 def pair_rests(rows, still, begin):

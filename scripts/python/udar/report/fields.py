@@ -3,6 +3,7 @@ import numpy as np
 
 from ..results import read_envelope
 from ..shapes import lift_of_held, rigid_motion, without_motion
+from ..tools import UserError
 from .streams import row_blocks
 
 FRAMES = 300
@@ -26,6 +27,9 @@ def choose_frames(time, touched, most):
 
 def rows_of(file, *names):
     """Rows that all these fields and the time have: they may differ in a run that was cut."""
+    missing = [name for name in names if name not in file["fields"]]
+    if missing:
+        raise UserError(f"the run has no field {missing[0]}")
     return min(len(file["fields"][name]) for name in ("time", *names))
 
 
@@ -184,7 +188,7 @@ def gather_envelope(file, run):
             x = run.x if not field.in_cells else run.x[cells].mean(axis=1)
             found.append({"name": name, "label": field.label, "unit": field.unit,
                           **thin_extremes(x, field.low, field.high)})
-    rows = rows_of(file, "line_position")
+    rows = rows_of(file, "line_position") if "line_position" in file["fields"] else 0
     if rows:
         low, high = np.full(len(run.x), np.inf), np.full(len(run.x), -np.inf)
         for _, values in row_blocks(file["fields/line_position"], rows):

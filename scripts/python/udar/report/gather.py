@@ -212,14 +212,14 @@ class Gatherer:
         grid = events.Grid.over(sheet.begin, sheet.end, x)
         hits, stays = (events.table_of(self.file, self.folder, name, bool(run.summary))
                        for name in ("impacts", "rests"))
-        impacts, cell, hit = events.gather_impacts(hits, grid)
+        impacts, cell, hit, count = events.gather_impacts(hits, grid)
         rests, bore = events.gather_rests(stays, grid)
         table, columns = self.force_table("impulse")
         pause = self.shortest_pause(len(table), len(columns))
         spans = events.gather_spans(table, columns, pause)
         together = columns == ["impulse"]
         told = np.isin(spans[:, 0], np.union1d(hit, bore)) & (not together)
-        sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": len(hits), "together": together,
+        sheet.contact = {"impacts": impacts, "cell": cell, "rests": rests, "count": count, "together": together,
                          "spans": dict(zip(("support", "t0", "t1", "impulse"), spans[~told].T)),
                          "all_spans": spans, "pause": pause}
 
@@ -239,6 +239,8 @@ class Gatherer:
         names = ["time", "node", "x", "support", "velocity_before", "velocity_after", "impulse", "energy_loss"]
         csv = self.folder / "impacts.csv"
         table = CsvTable(csv) if csv.exists() else events.table_of(self.file, self.folder, "impacts", True)
+        if "velocity_before" not in table.names:
+            raise UserError("the run has them merged alone")
         rows = next(iter(table.blocks(names, events.FIRST)), np.empty((0, len(names))))
         if len(rows):
             self.sheet.first_impacts = dict(zip(names, rows.T))
@@ -246,7 +248,7 @@ class Gatherer:
     def read_motion(self):
         sheet, run, file = self.sheet, self.sheet.run, self.file
         if run.along_line:
-            sheet.line = fields.gather_line(file, run, sheet.touched)
+            sheet.line = self.attempt("motion of the beam", fields.gather_line, file, run, sheet.touched)
             sheet.envelope = self.attempt("envelopes", fields.gather_envelope, file, run) or []
         else:
             sheet.space = fields.gather_space(file, run, sheet.touched)

@@ -53,7 +53,7 @@ def matching(sheets, gauge):
     first = with_gauges(sheets).run
     for number, sheet in enumerate(sheets):
         known = len(first.x) and len(sheet.run.x) and sheet.run is not first
-        yield number, match_gauge(sheet.run, first.place[first.gauge_node[gauge]]) if known else gauge
+        yield number, match_gauge(sheet.run, first.gauge_at[gauge]) if known else gauge
 
 
 def gauge_data(sheets):
@@ -68,9 +68,9 @@ def gauge_data(sheets):
                 curves.append({"run": number, "t": packed(found["t"], "f8"),
                                **{kind: packed(found[kind]) for kind in ("line", "mass", "velocity")}})
         place = first.gauge_place(gauge) if len(first.x) else first.gauge_names[gauge]
-        node = first.gauge_node[gauge]
+        x = first.gauge_at[gauge, 0]
         under = [k for k, support in enumerate(first.supports) if support.normal is None and support.striker is None
-                 and len(first.x) and support.low - 1e-9 <= first.x[node] <= support.high + 1e-9]
+                 and len(first.x) and support.low - 1e-9 <= x <= support.high + 1e-9]
         heights = sorted({first.supports[k].height for k in under if first.along_line})
         charts.append({"name": f"g{gauge}", "title": f"Gauge g{gauge}" + (f", {place}" if place else ""),
                        "supports": heights, "curves": curves})
@@ -122,7 +122,7 @@ def space_data(sheet):
             "radius": packed(space["radius"]), "rigid": packed(space["rigid"], "f8"),
             "deformation": packed(space["deformation"]), "faces": faces,
             "lift": None if space["lift"] is None else packed(space["lift"]),
-            "gauges": sheet.run.place[sheet.run.gauge_node],
+            "gauges": sheet.run.gauge_at,
             "colours": [{"label": entry["label"], "unit": entry["unit"], "values": packed(entry["values"])}
                         for entry in space["colours"].values()]}
 

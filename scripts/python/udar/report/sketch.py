@@ -176,9 +176,9 @@ class BeamSketch:
 
     def draw_gauges(self):
         last = -np.inf
-        for number, node in enumerate(self.run.gauge_node):
-            if 0 <= node < len(self.run.x):
-                x = self.at(self.run.x[node])
+        for number, place in enumerate(self.run.gauge_at):
+            if len(self.run.x):
+                x = self.at(place[0])
                 self.drawing.dot(x, self.BEAM, "gauge")
                 if x - last > 26.0:
                     self.drawing.text(x + 5.0, self.BEAM - 10.0, f"g{number}", "start", "mark")
@@ -250,8 +250,8 @@ class SpaceSketch:
             place = self.run.place if self.space is None else self.space["place"]
             dots = self.at(place[::len(place) // MOST_EDGES + 1])
             self.drawing.lines(np.stack([dots, dots + [1.5, 0.0]], axis=1), "member")
-        for number, node in enumerate(self.run.gauge_node):
-            x, y = self.at(self.run.place[node])[0]
+        for number, place in enumerate(self.run.gauge_at):
+            x, y = self.at(place)[0]
             self.drawing.dot(x, y, "gauge", 5.0)
             self.drawing.text(x + 8.0, y - 6.0, f"g{number}", "start", "mark")
         self.draw_box()
