@@ -132,6 +132,12 @@ class Streaming(UdarTest):
         self.assertFalse(merged.file("impacts.csv").exists())
         self.tools_take(merged.directory, "merged alone")
         self.assertEqual(udar.open(merged.directory).merged_impacts["impacts"].sum(), merged.summary()["impacts"])
+        goes_on = self.run_case(LONG | BOTH | {"output_overwrite": True})
+        raw = goes_on.csv("impacts.csv")
+        goes_on.file("summary.json").unlink()  # and there are too many impacts for the table
+        goes_on.file("impacts.csv").write_text(goes_on.file("impacts.csv").read_text().split("\n")[0] + "\n")
+        np.testing.assert_array_equal(udar.open(goes_on.directory).impacts["time"], raw["time"])
+        self.tools_take(goes_on.directory, "not finished")
         self.refuse_case(LONG | {"output_fields": "moment,force", "output_overwrite": True},
                          ["-output_fields", "'force'", "mass_velocity, line_position, moment"])
 

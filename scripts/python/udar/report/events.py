@@ -47,13 +47,15 @@ class Grid:
 
 def table_of(file, folder, name, ended):
     """Impacts, or in their place merged ones, or rests: of results.h5 once the run has ended, before that of the CSV
-    file, which is complete."""
+    file, which has more unless there were too many for it."""
     if name == "impacts" and not (folder / "impacts.csv").exists() and (folder / "impacts_merged.csv").exists():
         name = "impacts_merged"
     csv = folder / f"{name}.csv"
-    if file is not None and name in file and (ended or not csv.exists()):
-        return RecordTable(file[name])
-    return CsvTable(csv)
+    records = RecordTable(file[name]) if file is not None and name in file else None
+    if records is not None and (ended or not csv.exists()):
+        return records
+    rows = CsvTable(csv)
+    return records if records is not None and len(records) > len(rows) else rows
 
 
 def gather_impacts(table, grid):
