@@ -36,7 +36,8 @@ bool in_parts(const Structure& structure) {
 /// Whether between contacts nothing but gravity moves the centre of mass, and all it hits stands below or above.
 bool falls_freely(const Case& input, const Structure& structure) {
   return !structure.grounded() && input.loads.empty() && input.travelling_loads.empty() && input.base_motion.empty() &&
-         input.strikers.empty() && !input.supports.empty() && std::ranges::none_of(input.supports, &Support::in_space);
+         input.strikers.empty() && input.pairs.empty() && !input.supports.empty() &&
+         std::ranges::none_of(input.supports, &Support::in_space);
 }
 
 }  // namespace

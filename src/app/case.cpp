@@ -160,23 +160,24 @@ void make_law_tables(std::vector<NodalLoad>& loads, double end) {
   }
 }
 
-/// What knows nothing of strikers.
-void check_strikers(const CaseInput& input) {
-  if (input.contact.strikers.empty()) {
+/// What knows nothing of strikers, nor of pairs of nodes.
+void check_strikes(const CaseInput& input) {
+  if (input.contact.strikers.empty() && input.contact.pairs.empty()) {
     return;
   }
+  const std::string given = input.contact.strikers.empty() ? "-pair_*" : "-striker_position";
   if (input.filter.modal || !input.filter.parameters.filtered()) {
-    throw InputError{
-        "option -striker_position is not allowed with -ts_type modal, nor with -filter_frequency none: strikers hit "
-        "masses on filter springs"};
+    throw InputError{"option " + given +
+                     " is not allowed with -ts_type modal, nor with -filter_frequency none: strikers and nodes hit "
+                     "masses on filter springs"};
   }
   if (input.contact.contact.surface == ContactSurface::line) {
-    throw InputError{"option -contact_surface: line is not allowed with -striker_position, expected mass"};
+    throw InputError{"option -contact_surface: line is not allowed with " + given + ", expected mass"};
   }
   if (input.filter.exact.any()) {
-    throw InputError{"options -filter_correct_modes and -filter_correct_mode are not allowed with -striker_position"};
+    throw InputError{"options -filter_correct_modes and -filter_correct_mode are not allowed with " + given};
   }
-  if (input.start.initial.spins()) {
+  if (!input.contact.strikers.empty() && input.start.initial.spins()) {
     throw InputError{"option -initial_spin is not allowed with -striker_position"};
   }
 }
@@ -203,8 +204,8 @@ void check_space(const CaseInput& input) {
   }
   if (input.start.in_space) {
     throw InputError{
-        "options -initial_velocity_x, -initial_velocity_z and -initial_spin are not allowed without -structure_type "
-        "network"};
+        "options -initial_velocity_x, -initial_velocity_z, -initial_part and -initial_spin are not allowed without "
+        "-structure_type network"};
   }
 }
 
@@ -215,7 +216,7 @@ std::vector<FacedPlane> faced_planes(const std::vector<Support>& supports) {
   };
   std::vector<FacedPlane> planes;
   for (const Support& support : supports) {
-    if (support.striker >= 0) {
+    if (support.strike >= 0) {
       continue;
     }
     if (support.width == 0.0 && std::ranges::any_of(supports, oblique)) {
@@ -229,6 +230,16 @@ std::vector<FacedPlane> faced_planes(const std::vector<Support>& supports) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> Case::striker_of(const Support& support) const {
+  const auto strike = static_cast<std::size_t>(support.strike);
+  return support.strike >= 0 && strike < strikers.size() ? std::optional{strike} : std::nullopt;
+}
+
+std::optional<std::size_t> Case::pair_of(const Support& support) const {
+  const auto strike = static_cast<std::size_t>(support.strike);
+  return support.strike >= 0 && strike >= strikers.size() ? std::optional{strike - strikers.size()} : std::nullopt;
+}
 
 CaseInput read_case(MPI_Comm comm) {
   CaseInput input;
@@ -248,13 +259,16 @@ CaseInput read_case(MPI_Comm comm) {
   auto [strikers, faces] = read_strikers(comm, input.structure);
   input.contact.strikers = std::move(strikers);
   std::ranges::move(faces, std::back_inserter(input.contact.supports));
+  auto [pairs, faces_of_pairs] = read_pairs(comm, input.structure, input.contact.strikers.size());
+  input.contact.pairs = std::move(pairs);
+  std::ranges::move(faces_of_pairs, std::back_inserter(input.contact.supports));
   input.output = read_output(comm, input.structure);
   check_gauges(input);
   check_weighting(input);
   check_space(input);
   check_axles(input);
   check_pivot(input);
-  check_strikers(input);
+  check_strikes(input);
   check_yielding(input);
   input.time = read_time(comm, !input.filter.parameters.filtered() && !input.filter.modal);
   return input;
@@ -280,6 +294,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.initial = input.start.initial;
   settled.supports = input.contact.supports;
   settled.strikers = input.contact.strikers;
+  settled.pairs = input.contact.pairs;
   settled.field_tolerance = input.contact.field_tolerance;
   settled.contact = input.contact.contact;
   if (!settled.filter.filtered()) {  // masses and line are one

@@ -26,6 +26,9 @@ Description describe(const Case& input, const Structure& structure) {
   if (!input.strikers.empty()) {
     udar::describe(all, std::span{input.strikers});
   }
+  if (!input.pairs.empty()) {
+    udar::describe(all, std::span{input.pairs});
+  }
   return all;
 }
 

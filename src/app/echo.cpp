@@ -24,7 +24,7 @@ constexpr double kHighFall = 1000.0;
 bool moves_as_rigid(const Case& input, const Structure& structure) {
   const auto gap = [](const BeamSegment& segment) { return segment.is_gap(); };
   return !structure.grounded() && input.loads.empty() && input.travelling_loads.empty() && input.base_motion.empty() &&
-         input.initial.shape.x.empty() && std::ranges::none_of(input.beam.segments, gap);
+         input.initial.shape.x.empty() && input.initial.parts.empty() && std::ranges::none_of(input.beam.segments, gap);
 }
 
 /// First zero of gap + speed t - pull t^2 / 2 after the start, for a gap > 0.
@@ -47,7 +47,7 @@ const char* name_of(const Structure& structure) {
 
 std::string sides(std::vector<Support> supports, const Structure& structure) {
   const std::string name = name_of(structure);
-  std::erase_if(supports, [](const Support& support) { return support.striker >= 0; });
+  std::erase_if(supports, [](const Support& support) { return support.strike >= 0; });
   const auto above = std::ranges::count(supports, SupportSide::above, &Support::side);
   const auto below = static_cast<std::ptrdiff_t>(supports.size()) - above;
   std::ostringstream text;
@@ -98,7 +98,7 @@ double pressed_at_start(const Case& input, const MassPoints& points) {
 }
 
 std::string contact_text(const Case& input) {
-  if (std::ranges::all_of(input.supports, [](const Support& support) { return support.striker >= 0; })) {
+  if (std::ranges::all_of(input.supports, [](const Support& support) { return support.strike >= 0; })) {
     return "";
   }
   return input.contact.surface == ContactSurface::line ? ", held off the line by forces" : ", hit by the masses";
@@ -183,6 +183,11 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
       text << ", " << striker.gap << " m away, at " << striker.velocity << " m/s";
     }
     text << '\n';
+  }
+  for (const NodePair& pair : input.pairs) {
+    const auto& [x, y, z] = pair.normal;
+    text << "pair      " << words_of(pair.from, true) << " and " << words_of(pair.to, true) << " touch along (" << x
+         << ", " << y << ", " << z << "), " << pair.gap << " m apart\n";
   }
   if (const double depth = pressed_at_start(input, structure.points()); depth > 0.0) {
     text << "contact   from the start: " << name_of(structure) << " and springs of supports overlap by " << depth

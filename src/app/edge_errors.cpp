@@ -25,7 +25,7 @@ Region edges_of(const Support& support) {
 
 bool has_edges(const Support& support) {
   const Region edges = edges_of(support);
-  return support.striker < 0 &&
+  return support.strike < 0 &&
          std::ranges::any_of(
              kWays,
              [&](double Place::* axis) { return std::isfinite(edges.from.*axis) || std::isfinite(edges.to.*axis); });

@@ -56,7 +56,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   }
   const bool fine = input.view || !input.is_beam();
   const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
-  if (!coarse && input.strikers.empty()) {
+  if (!coarse && line.points().strikes().empty()) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
   }
   if (!coarse) {

@@ -31,7 +31,7 @@ SupportSprings support_springs(const FilteredStructure& line, const Case& input)
   const Contacts contacts = find_contacts(points, input.supports);
   for (const ContactSet& set : contacts.sets) {
     const Support& support = contacts.supports[static_cast<std::size_t>(set.support)];
-    const bool below = set.side > 0.0 && support.normal.y == 1.0 && support.striker < 0;
+    const bool below = set.side > 0.0 && support.normal.y == 1.0 && support.strike < 0;
     for (std::size_t node = set.first; node < set.last && below; ++node) {
       stiffness += wf2 * line.mass()[node];
       drop = std::min(drop, masses.position[node] - set.height(node) - set.lift(0.0).height);

@@ -20,7 +20,7 @@ void MonitorTable::snapshot(const Snapshot& state) {
                         energy.line_strain + energy.fictitious_springs + energy.support_springs,
                         energy.load_potential - energy.initial_potential,
                         energy.lost_in_impacts + energy.lost_in_dampers + energy.lost_in_hinges + energy.radiated,
-                        std::reduce(state.support_impulse.begin(), state.support_impulse.end() - strikers_),
+                        std::reduce(state.support_impulse.begin(), state.support_impulse.end() - inner_),
                         energy.drift()));
   std::fflush(PETSC_STDOUT);
 }

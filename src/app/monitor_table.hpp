@@ -12,9 +12,9 @@ namespace udar::app {
 class MonitorTable final : public Observer {
  public:
   /// @param interval of simulated time [s], above 0
-  /// @param strikers whose faces are the last supports, and whose impulses are none from outside
-  MonitorTable(MPI_Comm comm, double interval, std::size_t strikers)
-      : comm_{comm}, interval_{interval}, strikers_{static_cast<std::ptrdiff_t>(strikers)} {}
+  /// @param inner strikers and pairs, whose faces are the last supports, and whose impulses are none from outside
+  MonitorTable(MPI_Comm comm, double interval, std::size_t inner)
+      : comm_{comm}, interval_{interval}, inner_{static_cast<std::ptrdiff_t>(inner)} {}
 
   [[nodiscard]] double interval() const override { return interval_; }
   void snapshot(const Snapshot& state) override;
@@ -22,7 +22,7 @@ class MonitorTable final : public Observer {
  private:
   MPI_Comm comm_;
   double interval_;
-  std::ptrdiff_t strikers_;
+  std::ptrdiff_t inner_;
   bool headed_ = false;
 };
 

@@ -97,9 +97,11 @@ std::vector<Placed> placed_at_nodes(const Case& input, const MassPoints& points)
   };
   for (std::size_t i = 0; i < input.supports.size(); ++i) {
     const Support& support = input.supports[i];
-    if (support.striker >= 0) {
-      const auto striker = static_cast<std::size_t>(support.striker);
-      add("striker ", striker, input.strikers[striker].place);
+    if (const auto striker = input.striker_of(support)) {
+      add("striker ", *striker, input.strikers[*striker].place);
+    } else if (const auto pair = input.pair_of(support)) {
+      add("first node of pair ", *pair, input.pairs[*pair].from);
+      add("second node of pair ", *pair, input.pairs[*pair].to);
     } else if (support.width == 0.0) {
       all.push_back({.name = "support " + std::to_string(i),
                      .asked = {.x = support.position},

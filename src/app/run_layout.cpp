@@ -93,9 +93,11 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
                                                                      : std::ranges::max(support.profile.height),
                                .restitution = support.restitution,
                                .side = static_cast<int>(support.side)});
-    if (support.striker >= 0) {  // it has no face that stands anywhere
+    if (support.strike >= 0) {  // it has no face that stands anywhere
       layout.supports.back().height = std::numeric_limits<double>::quiet_NaN();
-      layout.supports.back().striker = support.striker;
+      const auto number = [](std::optional<std::size_t> of) { return of ? static_cast<std::int64_t>(*of) : -1; };
+      layout.supports.back().striker = number(input.striker_of(support));
+      layout.supports.back().pair = number(input.pair_of(support));
     }
     if (std::ranges::any_of(input.supports, &Support::in_space)) {
       const auto& [x, y, z] = support.normal;

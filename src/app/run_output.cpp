@@ -35,7 +35,8 @@ RunOutput::RunOutput(const Case& input, const FilteredStructure& line, ImpactDyn
     edge_errors_ = add(std::make_unique<EdgeErrors>(line.points(), input));
   }
   if (input.output.monitor_interval > 0.0) {
-    add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval, input.strikers.size()));
+    add(std::make_unique<MonitorTable>(line.points().comm(), input.output.monitor_interval,
+                                       input.strikers.size() + input.pairs.size()));
   } else {
     add(std::make_unique<ProgressLine>(line.points().comm()));
   }

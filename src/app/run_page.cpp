@@ -29,8 +29,11 @@ std::string clock_time(const std::optional<double>& time) { return time ? four_d
 /// How a support is told from the others.
 std::string support_words(const Case& input, std::size_t index) {
   const Support& support = input.supports[index];
-  if (support.striker >= 0) {
-    return "striker at " + words_of(input.strikers[static_cast<std::size_t>(support.striker)].place);
+  if (const auto striker = input.striker_of(support)) {
+    return "striker at " + words_of(input.strikers[*striker].place);
+  }
+  if (const auto pair = input.pair_of(support)) {
+    return "pair " + std::to_string(*pair) + " of nodes";
   }
   if (support.boxed()) {
     return "box";
@@ -136,7 +139,7 @@ void add_peaks(const Structure& structure, const io::Summary& summary, std::ostr
 void add_contact(const Case& input, double extent, const io::Summary& summary, std::ostringstream& page) {
   constexpr double kRounding = 1e-9;
   const io::SummaryContact& contact = summary.contact;
-  const bool faces = std::ranges::any_of(input.supports, [](const Support& support) { return support.striker < 0; });
+  const bool faces = std::ranges::any_of(input.supports, [](const Support& support) { return support.strike < 0; });
   if (faces && contact.first_contact_time && contact.min_line_gap && *contact.min_line_gap < -kRounding * extent) {
     add_line(page, "penetration",
              with_unit(-*contact.min_line_gap, "m") + " at x = " + four_digits(*contact.min_line_gap_x) +

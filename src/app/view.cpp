@@ -216,11 +216,10 @@ void add_supports(Description& built, const Case& input, const FilteredStructure
   std::vector<PointRows> supports;
   std::vector<PointRows> strikers;
   for (const Support& support : input.supports) {
-    if (support.striker < 0) {
+    if (support.strike < 0) {
       supports.push_back(touched_points(points, support));
-    } else {
-      const Place& place = input.strikers[static_cast<std::size_t>(support.striker)].place;
-      strikers.push_back(points.single(points.nearest(place)));
+    } else if (const auto striker = input.striker_of(support)) {
+      strikers.push_back(points.single(points.nearest(input.strikers[*striker].place)));
     }
   }
   const bool side_by_side = line.structure().network() == nullptr;  // nodes of a support

@@ -43,8 +43,8 @@ void describe(Description& all, std::span<const Support> supports) {
   const auto number = [&](std::string_view name, std::size_t index) {
     all.add_each(name, supports, [index](const Support& support) {
       const auto& [position, width, height, restitution, side, yield_speed, profile, field, motion, stiffness, damping,
-                   friction, normal, x, y, z, contact_law, striker] = support;
-      static_cast<void>(striker);
+                   friction, normal, x, y, z, contact_law, strike] = support;
+      static_cast<void>(strike);
       static_cast<void>(profile);  // the lists below
       static_cast<void>(field);
       static_cast<void>(motion);

@@ -147,7 +147,9 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
               std::vector<ContactSet>& sets) {
   const double carried = support.elastic() ? touched.mass : 0.0;
   const bool springs = support.elastic() && !support.contact_law;
-  const bool level = support.striker >= 0 || (support.normal.y == 1.0 && support.profile.x.empty() && !support.field);
+  const bool level = support.strike >= 0 || (support.normal.y == 1.0 && support.profile.x.empty() && !support.field);
+  const double touching =
+      support.strike >= 0 ? points.strikes()[static_cast<std::size_t>(support.strike)].touching : 0.0;
   const auto add = [&](std::size_t first, std::size_t last) {
     if (first == last) {
       return;
@@ -156,7 +158,7 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
                                                    .last = last,
                                                    .support = index,
                                                    .side = static_cast<double>(support.side),
-                                                   .level = level ? support.height : 0.0,
+                                                   .level = level ? support.height + touching : 0.0,
                                                    .law = support.law(),
                                                    .profile = {},
                                                    .motion = support.motion,
@@ -184,8 +186,8 @@ void add_sets(const MassPoints& points, const Support& support, PetscInt index, 
 }  // namespace
 
 PointRows touched_points(const MassPoints& points, const Support& support) {
-  if (support.striker >= 0) {
-    return points.single(points.strikes()[static_cast<std::size_t>(support.striker)].gap);
+  if (support.strike >= 0) {
+    return points.single(points.strikes()[static_cast<std::size_t>(support.strike)].gap);
   }
   const Region region = support.region();
   return support.width == 0.0 ? points.section(support.position, region, support.facing())

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "udar/petsc/error.hpp"
+#include "udar/structure/network_place.hpp"
 
 namespace udar {
 namespace {
@@ -33,7 +34,10 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contact
     return nullptr;
   }
   if (!line.points().strikes().empty()) {
-    throw InputError{"contact surface: line is not allowed with strikers (`striker mass`), expected mass"};
+    throw InputError{
+        "contact surface: line is not allowed with strikers (`striker mass`) and pairs of nodes (`pair normal`), "
+        "expected "
+        "mass"};
   }
   return std::make_unique<LineContact>(line, contacts, static_cast<std::size_t>(contact.line_dense_max));
 }
@@ -45,7 +49,9 @@ std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParamete
     return std::make_unique<ImportedStructure>(comm, *parameters.imported);
   }
   if (parameters.network) {
-    return std::make_unique<Network>(comm, *parameters.network);
+    NetworkParameters network = *parameters.network;
+    network.together = paired_nodes(network, parameters.pairs);
+    return std::make_unique<Network>(comm, std::move(network));
   }
   return std::make_unique<BeamChain>(comm, parameters.beam);
 }
@@ -54,8 +60,8 @@ std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParamete
 
 std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters) {
   std::unique_ptr<const Structure> structure = make_elastic(comm, parameters);
-  if (!parameters.strikers.empty()) {
-    structure = std::make_unique<StruckStructure>(std::move(structure), parameters.strikers);
+  if (!parameters.strikers.empty() || !parameters.pairs.empty()) {
+    structure = std::make_unique<StruckStructure>(std::move(structure), parameters.strikers, parameters.pairs);
   }
   return structure;
 }

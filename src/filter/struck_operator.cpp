@@ -50,6 +50,9 @@ const double* StruckColumns::displacement(const double* values, std::size_t colu
   copy(values, column, displacement_);
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
     displacement_[column][centre] = strike.node_of(values[centre], values[gap]);
+    if (strike.of_nodes()) {
+      displacement_[column][gap] = strike.other_of(values[centre], values[gap]);
+    }
   });
   return displacement_[column].data();
 }
@@ -61,6 +64,9 @@ const double* StruckColumns::force(const double* values, std::size_t column) {
   copy(values, column, force_);
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
     force_[column][centre] = strike.force_on_node(values[centre], values[gap]);
+    if (strike.of_nodes()) {
+      force_[column][gap] = strike.force_on_other(values[centre], values[gap]);
+    }
   });
   return force_[column].data();
 }
@@ -73,18 +79,24 @@ FilterColumn StruckColumns::of_structure(FilterColumn column, std::size_t index)
 
 void StruckColumns::complete(const double* force, double* stretch) const {
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    const double mass = strike.share * points_->mass()[centre];
-    const double on_striker = force != nullptr ? strike.force_on_striker(force[centre], force[gap]) : 0.0;
-    const double of_striker = on_striker / (shift2_ * mass);
     const double of_node = stretch[centre];
-    stretch[centre] = strike.centre_of(of_node, of_striker);
-    stretch[gap] = strike.gap_of(of_node, of_striker);
+    double of_other = strike.of_nodes() ? stretch[gap] : 0.0;
+    if (!strike.of_nodes() && force != nullptr) {  // nothing ties a striker
+      const double mass = strike.share * points_->mass()[centre];
+      of_other = strike.force_on_other(force[centre], force[gap]) / (shift2_ * mass);
+    }
+    stretch[centre] = strike.centre_of(of_node, of_other);
+    stretch[gap] = strike.gap_of(of_node, of_other);
   });
 }
 
 void StruckColumns::reduce(double* stretch) const {
   each_own(*points_, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    stretch[centre] = strike.node_of(stretch[centre], stretch[gap]);
+    const double of_centre = stretch[centre];
+    stretch[centre] = strike.node_of(of_centre, stretch[gap]);
+    if (strike.of_nodes()) {
+      stretch[gap] = strike.other_of(of_centre, stretch[gap]);
+    }
   });
 }
 

@@ -45,8 +45,10 @@ constexpr std::array<FeatureName, 18> kFeatureNames{{
     {Feature::friction, "support friction", "supports that rub (`support friction`)", "0"},
     {Feature::contact_laws, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
-    {Feature::strikers, "striker mass", "masses that strike the structure (`striker mass`)", "none"},
-    {Feature::laws_of_strikers, "striker law", "strikers with a law of contact (`striker law`)", "none"},
+    {Feature::strikers, "striker mass",
+     "masses that strike the structure (`striker mass`), nodes that touch each other (`pair normal`)", "none"},
+    {Feature::laws_of_strikers, "striker law",
+     "strikers or pairs of nodes with a law of contact (`striker law`, `pair law`)", "none"},
     {Feature::yielding_held, "contact surface", "plastic hinges in a line that supports hold (`contact surface` line)",
      "mass"},
     {Feature::yielding, "beam yield moment", "a beam that yields (`beam yield moment`)", "inf [N m]"},
@@ -222,9 +224,9 @@ Features needed_features(const ImpactProblem& problem) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::friction, support.friction > 0.0);
     const bool law = support.contact_law != nullptr;
-    needed.add(on_line                ? Feature::laws_of_line
-               : support.striker >= 0 ? Feature::laws_of_strikers
-                                      : Feature::contact_laws,
+    needed.add(on_line               ? Feature::laws_of_line
+               : support.strike >= 0 ? Feature::laws_of_strikers
+                                     : Feature::contact_laws,
                law);
     needed.add(on_line ? Feature::elastic_line : Feature::elastic_supports, support.elastic() && !law);
   }

@@ -194,10 +194,11 @@ std::vector<double> FileRows::numbers(const FileField& field, std::span<const do
     return chosen_of(field.where, std::move(own), static_cast<std::size_t>(field.components));
   }
   const bool moved = field.form == FileField::Form::displacement;
+  const MassPoints& nodes = points_->nodes();
   std::vector<double> vectors(kVector * a_point_of_all_.size(), 0.0);
   for (std::size_t point = 0; point < points_->own_points(); ++point) {
-    const Place axis = field.form == FileField::Form::rotation ? points_->turning(point) : points_->axis(point);
-    const double value = own[point] - (moved ? points_->reference(point) : 0.0);
+    const Place axis = field.form == FileField::Form::rotation ? nodes.turning(point) : nodes.axis(point);
+    const double value = own[point] - (moved ? nodes.reference(point) : 0.0);
     double* vector = &vectors[kVector * node(point)];
     vector[0] += axis.x * value;
     vector[1] += axis.y * value;

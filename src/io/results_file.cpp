@@ -266,12 +266,16 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   add_of_supports("/support_height", "m", [](const Support& support) { return support.height; });
   add_of_supports("/support_side", "1", [](const Support& support) { return support.side; });
   add_of_supports("/support_restitution", "1", [](const Support& support) { return support.restitution; });
-  std::vector<std::int64_t> strikers;
-  std::ranges::transform(layout.supports, std::back_inserter(strikers), &Support::striker);
-  if (std::ranges::any_of(strikers, [](std::int64_t striker) { return striker >= 0; })) {
-    file.add_small("/support_striker", strikers);
-    add_units(file, "/support_striker", "1");
-  }
+  const auto add_faces = [&](const char* name, std::int64_t Support::* of) {
+    std::vector<std::int64_t> numbers;
+    std::ranges::transform(layout.supports, std::back_inserter(numbers), of);
+    if (std::ranges::any_of(numbers, [](std::int64_t number) { return number >= 0; })) {
+      file.add_small(name, numbers);
+      add_units(file, name, "1");
+    }
+  };
+  add_faces("/support_striker", &Support::striker);
+  add_faces("/support_pair", &Support::pair);
   constexpr std::array<std::pair<const char*, const char*>, 7> kSpace{{{"/support_normal_x", "1"},
                                                                        {"/support_normal_y", "1"},
                                                                        {"/support_normal_z", "1"},

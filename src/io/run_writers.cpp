@@ -36,7 +36,8 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   auto results = std::make_shared<ResultsFile>(layout, folder + kResults);
   std::vector<std::unique_ptr<Observer>> writers;
   writers.push_back(make_gauge_writer(layout, folder, interval));
-  if (!layout.points->strikes().empty()) {
+  const auto strikes = layout.points->strikes();
+  if (!strikes.empty() && !strikes.front().of_nodes()) {  // strikers are the first
     writers.push_back(make_striker_writer(layout, folder, interval));
   }
   writers.push_back(make_energy_writer(layout, folder, results, interval));

@@ -239,7 +239,9 @@ std::unique_ptr<Observer> make_gauge_writer(const RunLayout& layout, const std::
 std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std::string& folder, double interval) {
   std::vector<std::vector<PointShare>> heights;
   for (const Strike& strike : layout.points->strikes()) {
-    heights.push_back(layout.points->height_of(strike.gap));
+    if (!strike.of_nodes()) {
+      heights.push_back(layout.points->height_of(strike.gap));
+    }
   }
   return std::make_unique<GaugeWriter>(layout, folder + "strikers.csv", interval, of_strikers(layout),
                                        std::move(heights));

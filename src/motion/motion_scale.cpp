@@ -185,15 +185,16 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   // What strikes nodes strains nothing, wherever it is.
   const MassState nodes{.position = node_values(points, masses.position),
                         .velocity = node_values(points, masses.velocity)};
-  refuse_absurd(points, nodes, equations.axis());
+  const std::vector<double> axis = node_values(points, equations.axis());
+  refuse_absurd(points, nodes, axis);
   const double wf = equations.frequency_bound();
   enum Input : std::size_t { height, shape, speed, supports, weight, motion, load, gap, strikes, inputs };
   std::array<Cause, inputs> causes{};
   double drop = 0.0;  // largest distance from a support [m]
   for (std::size_t i = 0; i < nodes.position.size(); ++i) {
-    const double offset = std::abs(nodes.position[i] - equations.axis()[i]);
+    const double offset = std::abs(nodes.position[i] - axis[i]);
     const double velocity = std::abs(nodes.velocity[i]);
-    causes[height].add(std::abs(equations.axis()[i]), 0.0);
+    causes[height].add(std::abs(axis[i]), 0.0);
     causes[shape].add(offset, wf * offset);
     causes[speed].add(velocity / wf, velocity);
   }
@@ -232,13 +233,13 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
                                                 "gravity",
                                                 "support motion",
                                                 base_alone ? "base motion" : "load table, load law",
-                                                "striker gap",
+                                                "striker gap, pair gap",
                                                 "striker velocity"};
   MotionScale scale{.length = largest.back(), .velocity = std::sqrt(2.0 * gravity * largest.back())};
   for (std::size_t i = 0; i < inputs; ++i) {
     if (!(largest[2 * i] <= furthest)) {
       std::ostringstream message;
-      message << causing[i] << ": it takes " << (i == gap || i == strikes ? "the striker " : "the beam ")
+      message << causing[i] << ": it takes " << (i == gap || i == strikes ? "what strikes " : "the beam ")
               << largest[2 * i] << " m away, expected at most " << furthest
               << " [m]: further away double precision does not resolve a millionth of the beam's length";
       throw InputError{message.str()};

@@ -49,7 +49,7 @@ void describe(Description& all, const BeamParameters& beam) {
 }
 
 void describe(Description& all, const InitialState& initial) {
-  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, pivot, shape] = initial;
+  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, pivot, shape, parts] = initial;
   static_cast<void>(velocity);
   static_cast<void>(angular_velocity);
   static_cast<void>(velocity_x);
@@ -57,6 +57,7 @@ void describe(Description& all, const InitialState& initial) {
   static_cast<void>(spin);
   static_cast<void>(pivot);
   static_cast<void>(shape);
+  static_cast<void>(parts);
   all.add("initial height [m]", height);
   all.add("initial slope", slope);
 }
@@ -183,6 +184,21 @@ void describe(Description& all, std::span<const Striker> strikers) {
     each("strikers, places along y [m]", 3);
     each("strikers, places along z [m]", 4);
   }
+}
+
+void describe(Description& all, std::span<const NodePair> pairs) {
+  const auto each = [&](std::string_view name, const auto& value_of) {
+    std::vector<double> values;
+    for (const NodePair& pair : pairs) {
+      const auto& [x, y, z] = value_of(pair);
+      values.insert(values.end(), {x, y, z});
+    }
+    all.add(name, values);
+  };
+  each("pairs of nodes, places of the first [m]", [](const NodePair& pair) { return pair.from; });
+  each("pairs of nodes, places of the second [m]", [](const NodePair& pair) { return pair.to; });
+  each("pairs of nodes, normals", [](const NodePair& pair) { return pair.normal; });
+  all.add_each("pairs of nodes, gaps [m]", pairs, [](const NodePair& pair) { return pair.gap; });
 }
 
 }  // namespace udar

@@ -9,12 +9,13 @@
 #include "structure/place_algebra.hpp"
 #include "udar/numerics/polyline.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/structure/striker.hpp"
 
 namespace udar {
 
 namespace {
 
-/// Of all that moves along y. @note Collective.
+/// Of all that moves along y. @param points of nodes @note Collective.
 Place centre_of_mass(const MassPoints& points) {
   std::array<double, 4> sums{};
   for (std::size_t point = 0; point < points.points(); ++point) {
@@ -39,7 +40,7 @@ class RigidMotion {
       : initial_{&initial},
         pivot_{initial.pivot.value_or(Place{.x = points.extent().middle()})},
         centre_{initial.pivot     ? *initial.pivot
-                : initial.spins() ? centre_of_mass(points)
+                : initial.spins() ? centre_of_mass(points.nodes())
                                   : Place{}} {}
 
   [[nodiscard]] Place at(const Place& place) const {
@@ -60,9 +61,8 @@ class RigidMotion {
   Place centre_;
 };
 
-}  // namespace
-
-std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial) {
+/// @param points of nodes
+std::vector<double> node_axis(const MassPoints& points, const InitialState& initial) {
   const Extent extent = points.extent();
   std::vector<double> axis;
   axis.reserve(points.points());
@@ -74,28 +74,44 @@ std::vector<double> reference_axis(const MassPoints& points, const InitialState&
   return axis;
 }
 
+}  // namespace
+
+std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial) {
+  std::vector<double> axis = node_axis(points.nodes(), initial);
+  axis.resize(points.points());  // gaps to strikers strain nothing
+  nodes_to_centres(points, axis);
+  return axis;
+}
+
 MassState initial_masses(const MassPoints& points, const InitialState& initial) {
-  MassState masses{.position = reference_axis(points, initial), .velocity = std::vector<double>(points.points())};
+  const MassPoints& nodes = points.nodes();
+  MassState masses{.position = node_axis(nodes, initial), .velocity = std::vector<double>(nodes.points())};
   const RigidMotion motion{points, initial};
-  for (std::size_t point = 0; point < points.points(); ++point) {
-    if (points.fixed(point)) {
+  for (std::size_t point = 0; point < nodes.points(); ++point) {
+    if (nodes.fixed(point)) {
       continue;
     }
-    const Place at = points.place(point);
-    const Place along = points.axis(point);
+    const Place at = nodes.place(point);
+    const Place along = nodes.axis(point);
     masses.position[point] += along.y * interpolate(initial.shape.x, initial.shape.offset, at.x);
     Place velocity = motion.at(at);
     velocity.y += interpolate(initial.shape.x, initial.shape.velocity, at.x);
-    masses.velocity[point] = points.direction(point) == Direction::other ? dot(points.turning(point), motion.turning())
-                                                                         : dot(along, velocity);
+    for (const InitialState::Part& part : initial.parts) {
+      velocity = part.region.holds(at) ? velocity + part.velocity : velocity;
+    }
+    masses.velocity[point] =
+        nodes.direction(point) == Direction::other ? dot(nodes.turning(point), motion.turning()) : dot(along, velocity);
   }
+  masses.position.resize(points.points());
+  masses.velocity.resize(points.points());
   each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {
-    const double speed = strike.gap_of(masses.velocity[both], strike.velocity);
-    masses.position[both] -= strike.gap_in_node() * strike.start;
-    masses.velocity[both] -= strike.gap_in_node() * speed;
-    masses.position[gap] = strike.start;
-    masses.velocity[gap] = speed;
+    if (!strike.of_nodes()) {
+      masses.position[gap] = strike.start;
+      masses.velocity[gap] = strike.gap_of(masses.velocity[both], strike.velocity);
+    }
   });
+  nodes_to_centres(points, masses.position);
+  nodes_to_centres(points, masses.velocity);
   return masses;
 }
 

@@ -146,14 +146,15 @@ LoadPattern spread(const MassPoints& points, const NodalLoad& load) {
 std::vector<PointShare> dealt_across(const MassPoints& points, const NodalLoad& load) {
   const PetscInt node = points.nearest(load.place());
   std::array<double, 7> told{};  // whether it moves in space, then points and shares
+  const MassPoints& nodes = points.nodes();
   if (points.owns(node)) {
     const auto own = static_cast<std::size_t>(node - points.begin());
-    if (const auto others = points.beside(own)) {
+    if (const auto others = nodes.beside(own)) {
       const Place across = load.direction - load.direction.y * kUp;
       told[0] = 1.0;
       for (std::size_t k = 0; const std::size_t point : {own, (*others)[0], (*others)[1]}) {
         told.at(1 + k) = static_cast<double>(points.global(point));
-        told.at(4 + k) = dot(points.axis(point), across);
+        told.at(4 + k) = dot(nodes.axis(point), across);
         ++k;
       }
     }
@@ -168,7 +169,7 @@ std::vector<PointShare> dealt_across(const MassPoints& points, const NodalLoad& 
       shares.push_back({.point = static_cast<PetscInt>(told.at(1 + k)), .share = told.at(4 + k)});
     }
   }
-  return shares;
+  return points.of_unknowns(std::move(shares));
 }
 
 }  // namespace

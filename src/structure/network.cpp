@@ -105,9 +105,10 @@ class Checksum {
 /// Of all that shapes the motion.
 std::uint64_t checksum_of(const NetworkParameters& network) {
   Checksum sum;
-  const auto& [sections, junctions, members, planes, partition_unused, rotary] = network;
+  const auto& [sections, junctions, members, planes, partition_unused, rotary, together_unused] = network;
   static_cast<void>(planes);  // those of supports
   static_cast<void>(partition_unused);
+  static_cast<void>(together_unused);
   for (const auto& [name, youngs, shear, density, area, inertia, torsion, shear_factor, radius_unused] : sections) {
     static_cast<void>(radius_unused);
     sum.add(youngs, shear, density, area, inertia, torsion, shear_factor);

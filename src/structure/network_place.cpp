@@ -1,5 +1,6 @@
 #include "udar/structure/network_place.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "structure/member_frame.hpp"
@@ -59,6 +60,20 @@ std::vector<Place> node_places(const NetworkParameters& network) {
     }
   }
   return places;
+}
+
+std::vector<std::array<std::size_t, 2>> paired_nodes(const NetworkParameters& network,
+                                                     std::span<const NodePair> pairs) {
+  const std::vector<Place> places = pairs.empty() ? std::vector<Place>{} : node_places(network);
+  const auto nearest = [&](const Place& at) {
+    const auto away = [&](const Place& node) { return norm(node - at); };
+    return static_cast<std::size_t>(std::ranges::min_element(places, {}, away) - places.begin());
+  };
+  std::vector<std::array<std::size_t, 2>> together;
+  for (const NodePair& pair : pairs) {
+    together.push_back({nearest(pair.from), nearest(pair.to)});
+  }
+  return together;
 }
 
 }  // namespace udar

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
 
 namespace udar {
@@ -31,35 +33,49 @@ void require(bool condition, const char* quantity, const Value& value, const cha
   }
 }
 
-/// A striker and the local node that it strikes, on the rank that has it.
+/// Two that can touch, on the rank that has them.
 struct Struck {
-  std::size_t striker;
-  std::size_t node;
+  std::size_t strike;                ///< which of all
+  std::size_t node;                  ///< local point
+  std::optional<std::size_t> other;  ///< local point of the second node; none: a striker
+  double side;
+  double mass;  ///< of the other [kg]
 };
+
+void require_gap(const char* quantity, double gap) {
+  require(gap >= 0.0 && std::isfinite(gap), quantity, gap, "a number >= 0 [m]");
+}
+
+/// The node at a place, a point along y. @note Collective.
+PetscInt struck_node(const MassPoints& points, const char* quantity, const Place& place, const char* expected) {
+  require_on(quantity, place.x, points.extent());
+  const PetscInt node = points.nearest(place);
+  require(points.height_of(node).size() == 1, quantity, place, expected);
+  return node;
+}
 
 /// @note Collective.
 std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Striker>& strikers) {
-  if (points.components() != 1) {
-    throw InputError{"striker position: not allowed where points have several components"};
-  }
   std::vector<Struck> own;
   std::vector<PetscInt> nodes;
   for (const Striker& striker : strikers) {
     require(striker.mass > 0.0 && std::isfinite(striker.mass), "striker mass", striker.mass, "a number > 0 [kg]");
-    require(striker.gap >= 0.0 && std::isfinite(striker.gap), "striker gap", striker.gap, "a number >= 0 [m]");
+    require_gap("striker gap", striker.gap);
     const Place& place = striker.place;
     const char* placed = in_space(place) ? "striker place" : "striker position";
-    require_on(placed, place.x, points.extent());
-    const PetscInt node = points.nearest(place);
+    const PetscInt node = struck_node(points, placed, place, "a node that faces no oblique support [m]");
     require(std::ranges::find(nodes, node) == nodes.end(), placed, place, "a node of its own for each striker [m]");
-    require(points.height_of(node).size() == 1, placed, place, "a node that faces no oblique support [m]");
     std::string fault;
     if (points.owns(node)) {
       const auto local = static_cast<std::size_t>(node - points.begin());
       if (points.fixed(local)) {
         fault = refusal(placed, place, "a node that moves: this one is held [m]");
       }
-      own.push_back({.striker = nodes.size(), .node = local});
+      own.push_back({.strike = nodes.size(),
+                     .node = local,
+                     .other = std::nullopt,
+                     .side = striker.below ? -1.0 : 1.0,
+                     .mass = striker.mass});
     }
     throw_together<InputError>(points.comm(), fault);
     nodes.push_back(node);
@@ -67,15 +83,94 @@ std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Strik
   return own;
 }
 
-/// Of centres of mass in place of their nodes, then of gaps.
-std::vector<double> masses(const MassPoints& points, const std::vector<Striker>& strikers,
-                           const std::vector<Struck>& own) {
+/// Of a node the point that moves along a direction, either way; none if there is none.
+std::optional<std::size_t> point_along(const MassPoints& points, std::size_t node, const Place& normal) {
+  constexpr double kParallel = 1e-9;
+  std::vector<std::size_t> all{node};
+  if (const auto others = points.beside(node)) {
+    all.insert(all.end(), others->begin(), others->end());
+  }
+  const auto found = std::ranges::find_if(
+      all, [&](std::size_t point) { return std::abs(std::abs(dot(points.axis(point), normal)) - 1.0) <= kParallel; });
+  return found != all.end() ? std::optional{*found} : std::nullopt;
+}
+
+/// What is wrong with a pair on the rank that has it; empty: nothing. @param[out] own that of the pair is added
+std::string add_pair(const MassPoints& points, const NodePair& pair, std::array<PetscInt, 2> nodes,
+                     std::vector<Struck>& own, std::size_t strike) {
+  std::array<std::size_t, 2> local{};
+  for (std::size_t end = 0; end < 2; ++end) {
+    const char* const placed = end == 0 ? "pair from place" : "pair to place";
+    const Place& place = end == 0 ? pair.from : pair.to;
+    const auto point = point_along(points, static_cast<std::size_t>(nodes.at(end) - points.begin()), pair.normal);
+    if (!point) {
+      return refusal("pair normal", pair.normal,
+                     "1,0,0, 0,1,0 or 0,0,1, or one of these turned round, along which "
+                     "both nodes move [-]");
+    }
+    if (points.fixed(*point)) {
+      return refusal(placed, place, "a node that moves: this one is held, a support is what it can be hit by [m]");
+    }
+    if (std::ranges::any_of(own, [&](const Struck& other) { return other.node == *point || other.other == point; })) {
+      return refusal(placed, place, "a node of its own for each striker and each pair in its direction [m]");
+    }
+    local.at(end) = *point;
+  }
+  own.push_back({.strike = strike,
+                 .node = local[0],
+                 .other = local[1],
+                 .side = dot(points.axis(local[0]), pair.normal) > 0.0 ? 1.0 : -1.0,
+                 .mass = points.mass()[local[1]]});
+  return {};
+}
+
+/// Behind those of strikers. @note Collective.
+void add_pairs(const MassPoints& points, const std::vector<NodePair>& pairs, std::size_t strikers,
+               std::vector<Struck>& own) {
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const NodePair& pair = pairs[i];
+    require_gap("pair gap", pair.gap);
+    constexpr const char* kUpright = "a node that faces no oblique support [m]";
+    const std::array nodes{struck_node(points, "pair from place", pair.from, kUpright),
+                           struck_node(points, "pair to place", pair.to, kUpright)};
+    require(nodes[0] != nodes[1], "pair to place", pair.to,
+            "a place nearest to another node than `pair from place` [m]");
+    std::string fault;
+    if (points.owns(nodes[0]) != points.owns(nodes[1])) {
+      fault =
+          refusal("pair to place", pair.to, "a node on the rank of the other one of the pair: take fewer ranks [m]");
+    } else if (points.owns(nodes[0])) {
+      fault = add_pair(points, pair, nodes, own, strikers + i);
+    }
+    throw_together<InputError>(points.comm(), fault);
+  }
+}
+
+/// @note Collective.
+std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Striker>& strikers,
+                               const std::vector<NodePair>& pairs) {
+  if (points.components() != 1) {
+    throw InputError{(strikers.empty() ? std::string{"pair from place"} : std::string{"striker position"}) +
+                     ": not allowed where points have several components"};
+  }
+  std::vector<Struck> own = own_struck(points, strikers);
+  add_pairs(points, pairs, strikers.size(), own);
+  return own;
+}
+
+/// Of centres of mass in place of their nodes and of gaps, those of strikers behind all nodes.
+std::vector<double> masses(const MassPoints& points, const std::vector<Struck>& own) {
   std::vector<double> mass{points.mass().begin(), points.mass().end()};
-  for (const auto& [striker, node] : own) {
-    const double of_node = mass[node];
-    const double both = of_node + strikers[striker].mass;
-    mass[node] = both;
-    mass.push_back(of_node * strikers[striker].mass / both);
+  for (const Struck& struck : own) {
+    const double of_node = mass[struck.node];
+    const double both = of_node + struck.mass;
+    mass[struck.node] = both;
+    const double reduced = of_node * struck.mass / both;
+    if (struck.other) {
+      mass[*struck.other] = reduced;
+    } else {
+      mass.push_back(reduced);
+    }
   }
   return mass;
 }
@@ -92,31 +187,31 @@ std::vector<std::size_t> fixed_points(const MassPoints& points) {
 
 class StruckPoints final : public MassPoints {
  public:
-  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers)
-      : StruckPoints{points, strikers, own_struck(points, strikers)} {}
+  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, const std::vector<NodePair>& pairs)
+      : StruckPoints{points, strikers, pairs, own_struck(points, strikers, pairs)} {}
 
-  [[nodiscard]] std::size_t own_points() const override { return points_->points(); }
+  [[nodiscard]] const MassPoints& nodes() const override { return *points_; }
   [[nodiscard]] std::size_t own_point(std::size_t point) const override {
-    return is_gap(point) ? own_[point - points_->points()].node : point;
+    return is_striker(point) ? gaps_[point - points_->points()].node : point;
   }
   [[nodiscard]] std::span<const Strike> strikes() const override { return strikes_; }
   [[nodiscard]] std::span<const NodeFrame> frames() const override { return points_->frames(); }
 
   [[nodiscard]] Direction direction(std::size_t point) const override {
-    return is_gap(point) ? Direction::y : points_->direction(point);
+    return is_striker(point) ? Direction::y : points_->direction(point);
   }
   [[nodiscard]] Place place(std::size_t point) const override { return points_->place(own_point(point)); }
   /// A gap is a difference of heights, which neither gravity nor a height of the whole changes.
   [[nodiscard]] Place axis(std::size_t point) const override { return is_gap(point) ? Place{} : points_->axis(point); }
   [[nodiscard]] Place turning(std::size_t point) const override {
-    return is_gap(point) ? Place{} : points_->turning(point);
+    return is_striker(point) ? Place{} : points_->turning(point);
   }
   [[nodiscard]] std::optional<std::array<std::size_t, 2>> beside(std::size_t point) const override {
-    return is_gap(point) ? std::nullopt : points_->beside(point);
+    return is_striker(point) ? std::nullopt : points_->beside(point);
   }
   [[nodiscard]] std::int64_t number(std::size_t point) const override {
-    return is_gap(point) ? first_number_ + static_cast<std::int64_t>(own_[point - points_->points()].striker)
-                         : points_->number(point);
+    return is_striker(point) ? first_number_ + static_cast<std::int64_t>(gaps_[point - points_->points()].strike)
+                             : points_->number(point);
   }
 
   [[nodiscard]] Extent extent() const override { return points_->extent(); }
@@ -132,26 +227,50 @@ class StruckPoints final : public MassPoints {
   }
   [[nodiscard]] std::vector<PointShare> height_of(PetscInt point) const override {
     for (const Strike& strike : strikes_) {
-      if (strike.gap == point) {  // of its striker
-        return {{.point = strike.centre, .share = 1.0}, {.point = strike.gap, .share = strike.gap_in_striker()}};
+      if (strike.gap == point && !strike.of_nodes()) {  // of its striker
+        return {{.point = strike.centre, .share = 1.0}, {.point = strike.gap, .share = strike.gap_in_other()}};
       }
     }
     const auto after = std::ranges::upper_bound(begins_, point) - begins_.begin() - 1;
-    std::vector<PointShare> shares = points_->height_of(point - begins_[static_cast<std::size_t>(after)] +
-                                                        structure_begins_[static_cast<std::size_t>(after)]);
-    return with_gaps(std::move(shares));
+    return of_structure(points_->height_of(point - begins_[static_cast<std::size_t>(after)] +
+                                           structure_begins_[static_cast<std::size_t>(after)]));
   }
   [[nodiscard]] std::vector<PointShare> lever(const Place& place) const override {
-    return with_gaps(points_->lever(place));
+    return of_structure(points_->lever(place));
+  }
+  [[nodiscard]] std::vector<PointShare> of_unknowns(std::vector<PointShare> of_nodes) const override {
+    const std::size_t count = of_nodes.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const Strike& strike : strikes_) {
+        if (strike.centre == of_nodes[i].point) {
+          of_nodes.push_back({.point = strike.gap, .share = of_nodes[i].share * strike.gap_in_node()});
+        } else if (strike.gap == of_nodes[i].point) {
+          of_nodes.push_back({.point = strike.gap, .share = of_nodes[i].share * strike.gap_in_other()});
+          of_nodes[i].point = strike.centre;
+          break;
+        }
+      }
+    }
+    return of_nodes;
   }
 
  private:
-  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, std::vector<Struck> own)
-      : MassPoints{points.comm(), 1, masses(points, strikers, own), fixed_points(points)},
+  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, const std::vector<NodePair>& pairs,
+               const std::vector<Struck>& own)
+      : MassPoints{points.comm(), 1, masses(points, own), fixed_points(points)},
         points_{&points},
-        own_{std::move(own)},
-        strikes_(strikers.size()),
+        strikes_(strikers.size() + pairs.size()),
         total_mass_{points.total_mass()} {
+    for (const Struck& struck : own) {
+      struck_.push_back(struck.node);
+      if (struck.other) {
+        struck_.push_back(*struck.other);
+        between_nodes_.push_back(*struck.other);
+      } else {
+        gaps_.push_back(struck);
+      }
+    }
+    std::ranges::sort(between_nodes_);
     int ranks = 1;
     MPI_Comm_size(comm(), &ranks);
     begins_.resize(static_cast<std::size_t>(ranks));
@@ -163,49 +282,63 @@ class StruckPoints final : public MassPoints {
       first_number_ = std::max(first_number_, points.number(point) + 1);
     }
     MPI_Allreduce(MPI_IN_PLACE, &first_number_, 1, MPI_INT64_T, MPI_MAX, comm());
-    std::vector<double> told(3 * strikers.size(), 0.0);  // centre, gap, share
-    for (std::size_t i = 0; i < own_.size(); ++i) {
-      const std::size_t gap = points.points() + i;
-      told[3 * own_[i].striker] = static_cast<double>(global(own_[i].node));
-      told[3 * own_[i].striker + 1] = static_cast<double>(global(gap));
-      told[3 * own_[i].striker + 2] = strikers[own_[i].striker].mass / mass()[own_[i].node];
-    }
-    MPI_Allreduce(MPI_IN_PLACE, told.data(), static_cast<int>(told.size()), MPI_DOUBLE, MPI_SUM, comm());
+    tell_strikes(own);
     for (std::size_t k = 0; k < strikers.size(); ++k) {
-      strikes_[k] = {.centre = static_cast<PetscInt>(told[3 * k]),
-                     .gap = static_cast<PetscInt>(told[3 * k + 1]),
-                     .striker = k,
-                     .side = strikers[k].below ? -1.0 : 1.0,
-                     .share = told[3 * k + 2],
-                     .start = strikers[k].gap,
-                     .velocity = strikers[k].velocity};
+      strikes_[k].striker = k;
+      strikes_[k].start = strikers[k].gap;
+      strikes_[k].velocity = strikers[k].velocity;
       total_mass_ += strikers[k].mass;
+    }
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      Strike& strike = strikes_[strikers.size() + k];
+      strike.start = pairs[k].gap;
+      strike.touching -= pairs[k].gap;
     }
   }
 
-  [[nodiscard]] bool is_gap(std::size_t point) const { return point >= points_->points(); }
+  /// From the rank that has them to all. @note Collective.
+  void tell_strikes(const std::vector<Struck>& own) {
+    constexpr std::size_t kNumbers = 5;  // centre, gap, share, side, how far apart the nodes stand
+    std::vector<double> told(kNumbers * strikes_.size(), 0.0);
+    std::size_t behind = points_->points();
+    for (const auto& [strike, node, other, side, mass] : own) {
+      const std::array<double, kNumbers> numbers{
+          static_cast<double>(global(node)), static_cast<double>(global(other ? *other : behind++)),
+          mass / this->mass()[node], side,
+          other ? side * (points_->reference(*other) - points_->reference(node)) : 0.0};
+      std::ranges::copy(numbers, told.begin() + static_cast<std::ptrdiff_t>(kNumbers * strike));
+    }
+    MPI_Allreduce(MPI_IN_PLACE, told.data(), static_cast<int>(told.size()), MPI_DOUBLE, MPI_SUM, comm());
+    for (std::size_t k = 0; k < strikes_.size(); ++k) {
+      const std::span<const double> numbers{&told[kNumbers * k], kNumbers};
+      strikes_[k].centre = static_cast<PetscInt>(numbers[0]);
+      strikes_[k].gap = static_cast<PetscInt>(numbers[1]);
+      strikes_[k].share = numbers[2];
+      strikes_[k].side = numbers[3];
+      strikes_[k].touching = numbers[4];
+    }
+  }
+
+  [[nodiscard]] bool is_striker(std::size_t point) const { return point >= points_->points(); }
+  [[nodiscard]] bool is_gap(std::size_t point) const {
+    return is_striker(point) || std::ranges::binary_search(between_nodes_, point);
+  }
   /// Global number here of a global point of the structure.
   [[nodiscard]] PetscInt moved(PetscInt of_structure) const {
     const auto after = std::ranges::upper_bound(structure_begins_, of_structure) - structure_begins_.begin() - 1;
     return of_structure - structure_begins_[static_cast<std::size_t>(after)] + begins_[static_cast<std::size_t>(after)];
   }
   /// Of points of the structure: what of which points here adds up to them.
-  [[nodiscard]] std::vector<PointShare> with_gaps(std::vector<PointShare> shares) const {
-    const std::size_t count = shares.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      shares[i].point = moved(shares[i].point);
-      for (const Strike& strike : strikes_) {
-        if (strike.centre == shares[i].point) {
-          shares.push_back({.point = strike.gap, .share = shares[i].share * strike.gap_in_node()});
-        }
-      }
+  [[nodiscard]] std::vector<PointShare> of_structure(std::vector<PointShare> shares) const {
+    for (PointShare& share : shares) {
+      share.point = moved(share.point);
     }
-    return shares;
+    return of_unknowns(std::move(shares));
   }
   /// @note Collective. @throws InputError if something else touches a node that is struck
   [[nodiscard]] PointRows without_struck(PointRows rows) const {
     std::string fault;
-    for (const auto& [striker, node] : own_) {
+    for (const std::size_t node : struck_) {
       std::vector<std::size_t> struck{node};
       if (const auto others = points_->beside(node)) {
         struck.insert(struck.end(), others->begin(), others->end());
@@ -216,8 +349,9 @@ class StruckPoints final : public MassPoints {
       if (std::ranges::any_of(rows.rows, touches)) {
         const Place place = points_->place(node);
         std::ostringstream message;
-        message << "striker position: no support may touch the node of a striker, at x = " << place.x
-                << " m, from any side; floor, ground and boxes count";
+        message << "striker position, pair from place, pair to place: no support may touch the node of a striker or of "
+                   "a pair, at x = "
+                << place.x << " m, from any side; floor, ground and boxes count";
         fault = message.str();
       }
     }
@@ -226,7 +360,9 @@ class StruckPoints final : public MassPoints {
   }
 
   const MassPoints* points_;
-  std::vector<Struck> own_;  // in the order of the gaps
+  std::vector<Struck> gaps_;                // of strikers, in the order of their points
+  std::vector<std::size_t> between_nodes_;  // points of nodes that are gaps, ascending
+  std::vector<std::size_t> struck_;         // points of nodes
   std::vector<Strike> strikes_;
   std::vector<PetscInt> begins_;            // of the ranks' points
   std::vector<PetscInt> structure_begins_;  // the same of the structure's
@@ -236,12 +372,27 @@ class StruckPoints final : public MassPoints {
 
 }  // namespace
 
-StruckStructure::StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers)
-    : structure_{std::move(structure)}, points_{std::make_unique<StruckPoints>(structure_->points(), strikers)} {}
+StruckStructure::StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers,
+                                 const std::vector<NodePair>& pairs)
+    : structure_{std::move(structure)},
+      points_{std::make_unique<StruckPoints>(structure_->points(), strikers, pairs)} {}
 
 void centres_to_nodes(const MassPoints& points, std::span<double> values) {
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    values[centre] = strike.node_of(values[centre], values[gap]);
+    const double of_centre = values[centre];
+    values[centre] = strike.node_of(of_centre, values[gap]);
+    if (strike.of_nodes()) {
+      values[gap] = strike.other_of(of_centre, values[gap]);
+    }
+  });
+}
+
+void nodes_to_centres(const MassPoints& points, std::span<double> values) {
+  each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
+    if (strike.of_nodes()) {
+      values[gap] = strike.gap_of(values[centre], values[gap]);
+    }
+    values[centre] -= strike.gap_in_node() * values[gap];
   });
 }
 
@@ -255,8 +406,12 @@ std::vector<double> node_values(const MassPoints& points, std::span<const double
 std::vector<double> node_masses(const MassPoints& points) {
   const std::span<const double> all = points.mass();
   std::vector<double> mass{all.begin(), all.begin() + static_cast<std::ptrdiff_t>(points.own_points())};
-  each_own(points,
-           [&](const Strike& strike, std::size_t centre, std::size_t /*gap*/) { mass[centre] *= 1.0 - strike.share; });
+  each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
+    if (strike.of_nodes()) {
+      mass[gap] = strike.share * all[centre];
+    }
+    mass[centre] *= 1.0 - strike.share;
+  });
   return mass;
 }
 

@@ -24,7 +24,10 @@ namespace {
 double striking_energy(const MassPoints& points, std::span<const double> velocity) {
   double energy = 0.0;
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
-    const double speed = strike.striker_of(velocity[centre], velocity[gap]);
+    if (strike.of_nodes()) {
+      return;
+    }
+    const double speed = strike.other_of(velocity[centre], velocity[gap]);
     energy += 0.5 * strike.share * points.mass()[centre] * speed * speed;
   });
   return energy;
@@ -37,7 +40,7 @@ Sampler::Sampler(const app::Case& input, const MassPoints& points)
   std::array<double, 3> moments{};
   const auto count = mass_.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const double up = points.axis(i).y;
+    const double up = points.nodes().axis(i).y;
     mass_[i] *= up;
     x_.push_back(points.place(i).x);
     moments[0] += up * mass_[i];
@@ -48,7 +51,7 @@ Sampler::Sampler(const app::Case& input, const MassPoints& points)
   const double centre = moments[1] / total_;
   for (std::size_t i = 0; i < count; ++i) {
     x_[i] -= centre;
-    moments[2] += points.axis(i).y * mass_[i] * x_[i] * x_[i];
+    moments[2] += points.nodes().axis(i).y * mass_[i] * x_[i] * x_[i];
   }
   MPI_Allreduce(MPI_IN_PLACE, &moments[2], 1, MPI_DOUBLE, MPI_SUM, points.comm());
   inertia_ = moments[2];
@@ -132,9 +135,9 @@ std::vector<Quantity> quantities(const app::Case& input, const io::Summary& summ
   };
   double impulse = 0.0;  // of what stands outside; a striker gives what it has
   for (std::size_t i = 0; i < summary.contact.support_impulse.size(); ++i) {
-    impulse += input.supports[i].striker < 0 ? summary.contact.support_impulse[i] : 0.0;
+    impulse += input.supports[i].strike < 0 ? summary.contact.support_impulse[i] : 0.0;
   }
-  const app::Rebound back = summary.contact.first_contact_time && input.strikers.empty()
+  const app::Rebound back = summary.contact.first_contact_time && input.strikers.empty() && input.pairs.empty()
                                 ? rebound(samples, *summary.contact.first_contact_time, input.gravity)
                                 : app::Rebound{};
   add("impulse", "N s", impulse);

@@ -33,6 +33,11 @@ KINDS = {
                     striker_mass="30,200", striker_velocity="-3,0", striker_law="crush,hertz",
                     striker_stiffness="1e6,1e8", striker_plateau_force=5e3),
     "network": {**NETWORK, **OFTEN, "ts_type": "impact"},
+    "pair": {key: value for key, value in {**NETWORK, **OFTEN, "ts_type": "impact"}.items()
+             if key not in ("floor", "contact_restitution")} | {
+                 "initial_part": "-1,1,0.4,1,-1,1", "initial_part_velocity": "0,-0.1,0",
+                 "pair_from_junction": "0 0 0,1 0 1", "pair_to_junction": "0 1 0,1 1 0", "pair_gap": "1e-5,1e-6",
+                 "pair_law": "hertz,none", "pair_stiffness": 1e8},
 }
 IN_THE_FOLDER = {"output_directory": "run"}
 AGAIN = {"continue": "run"}
@@ -73,7 +78,8 @@ class Continued(UdarTest):
 
     def test_every_kind_goes_on_to_the_same_bits(self):
         """Killed in the midst of a flush, twice, then left to its end."""
-        for kind, ranks in (("chebyshev", 2), ("impact", 0), ("modal", 2), ("rk", 0), ("network", 2), ("striker", 2)):
+        for kind, ranks in (("chebyshev", 2), ("impact", 0), ("modal", 2), ("rk", 0), ("network", 2), ("striker", 2),
+                            ("pair", 2)):
             with self.subTest(kind=kind):
                 straight = self.straight(KINDS[kind], ranks)
                 folder = self.kill("killed", KINDS[kind], 8, ranks)

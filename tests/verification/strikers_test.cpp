@@ -34,7 +34,7 @@ ModelParameters struck(ModelParameters parameters, const std::vector<Striker>& s
   for (std::size_t i = 0; i < strikers.size(); ++i) {
     Support& face =
         parameters.supports.emplace_back(Support{.position = strikers[i].place.x, .restitution = restitution});
-    face.striker = static_cast<PetscInt>(i);
+    face.strike = static_cast<PetscInt>(i);
     face.contact_law = law;
   }
   return parameters;

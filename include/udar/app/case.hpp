@@ -97,8 +97,9 @@ struct StartInput {
 
 /// @brief Supports and who touches them.
 struct ContactInput {
-  std::vector<Support> supports;        ///< the floor or ground, if any, is the last but for faces of strikers
-  std::vector<Striker> strikers;        ///< whose faces are the last supports
+  std::vector<Support> supports;        ///< the floor or ground, if any, is the last but for faces of strikers, pairs
+  std::vector<Striker> strikers;        ///< whose faces are the last supports but for those of pairs
+  std::vector<NodePair> pairs;          ///< whose faces are the last supports
   bool faces_in_space = false;          ///< some normal, or place along y or z, was given
   bool tributary = false;               ///< `mass_patches` were asked for
   double field_tolerance = 0.0;         ///< see `Case`
@@ -148,6 +149,10 @@ struct Case : ModelParameters {
   double wall_limit = 0.0;  ///< [s] of wall time; 0: none
   double end_time = 1.0;    ///< [s]
   bool view = false;
+
+  /// Which striker a support is the face of, which pair of nodes; none of others.
+  [[nodiscard]] std::optional<std::size_t> striker_of(const Support& support) const;
+  [[nodiscard]] std::optional<std::size_t> pair_of(const Support& support) const;
 };
 
 /// @brief Reads -beam_* and -filter_*: what a line solve needs, for programs that do less than `udar`.

@@ -54,9 +54,9 @@ struct Support {
   Extent y{-Region::kEnd, Region::kEnd};  ///< of what it touches [m]
   Extent z{-Region::kEnd, Region::kEnd};
   std::shared_ptr<const ContactLaw> contact_law = nullptr;  ///< of all of it, in place of a spring; null: none
-  /// Which striker this is the face of: it touches the gap between that and its node, on which nothing but its law, its
-  /// restitution and a height, by which the two overlap, have a meaning; negative: it is a support.
-  PetscInt striker = -1;
+  /// Which of `MassPoints::strikes` this is the face of: it touches the gap between the two, on which nothing but its
+  /// law, its restitution and a height, by which they overlap, have a meaning; negative: it is a support.
+  PetscInt strike = -1;
 
   /// It gives way, by a spring or by a law of contact.
   [[nodiscard]] bool elastic() const noexcept {

@@ -36,8 +36,10 @@ struct ModelParameters {
   Damping damping{};
   std::vector<double> damping_ratio{};  ///< as `Equations`
   InitialState initial{};
-  /// Masses that strike it; each needs a `Support` that is its face.
+  /// Masses that strike it, and nodes of it that touch each other; each needs a `Support` that is its face, whose
+  /// `strike` counts strikers first.
   std::vector<Striker> strikers{};
+  std::vector<NodePair> pairs{};
   std::vector<Support> supports{};
   ContactParameters contact{};
 

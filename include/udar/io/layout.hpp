@@ -46,6 +46,7 @@ struct RunLayout {
     double restitution = 0.0;   ///< between 0 and 1
     int side = 1;               ///< +1 below the beam, -1 above
     std::int64_t striker = -1;  ///< which striker's face it is; -1: of none
+    std::int64_t pair = -1;     ///< which pair's of nodes; -1: of none
     /// Of a support in space: normal x, y, z [-], what it touches from and to along y, then along z [m]; else empty.
     std::vector<double> space{};
     std::shared_ptr<const HeightGrid> field = nullptr;  ///< heights over `base`; null: none

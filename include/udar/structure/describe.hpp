@@ -21,6 +21,7 @@ void describe(Description& all, const InitialState& initial);
 void describe(Description& all, std::span<const NodalLoad> loads);
 void describe(Description& all, std::span<const BaseMotion> base);
 void describe(Description& all, std::span<const Striker> strikers);
+void describe(Description& all, std::span<const NodePair> pairs);
 void describe(Description& all, std::span<const TravellingLoad> loads);
 /// @}
 

@@ -28,6 +28,12 @@ struct InitialState {
     std::vector<double> velocity;  ///< [m/s], empty: none
   };
   Shape shape{};
+  /// Masses within a region in the structure's own axes, and the velocity that they have besides [m/s].
+  struct Part {
+    Region region{};
+    Place velocity{};
+  };
+  std::vector<Part> parts{};
 
   [[nodiscard]] bool spins() const noexcept { return spin.x != 0.0 || spin.y != 0.0 || spin.z != 0.0; }
   /// Height of the reference axis at x, over where the structure stands in its own axes [m].

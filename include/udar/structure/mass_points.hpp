@@ -62,30 +62,35 @@ struct NodeFrame {
   std::array<Place, 3> axes{};
 };
 
-/// @brief A node and the mass that strikes it, whose unknowns are their centre of mass and the gap between them.
-/// Source: docs/theory.md, "Strikers"
+/// @brief Two that can touch, a node and the mass that strikes it or two nodes: their unknowns are the centre of mass
+/// of both and the gap between them. Source: docs/theory.md, "Strikers", "Pairs of nodes"
 struct Strike {
-  PetscInt centre = 0;      ///< global point, the structure's own
-  PetscInt gap = 0;         ///< global point, on the same rank
-  std::size_t striker = 0;  ///< which
-  double side = 1.0;        ///< +1: it stands above, -1: below
-  double share = 0.0;       ///< of the mass of both that is the striker's [-]
-  double start = 0.0;       ///< gap at the start [m]
-  double velocity = 0.0;    ///< of the striker at the start [m/s], y up
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
-  /// @name The change of unknowns, of heights, velocities and stretches alike
+  PetscInt centre = 0;          ///< global point, the node's own
+  PetscInt gap = 0;             ///< global point, on the same rank; of two nodes the second one's own
+  std::size_t striker = kNone;  ///< which; `kNone`: two nodes
+  double side = 1.0;            ///< +1: the other stands above, further along the axis of the node's point; -1: below
+  double share = 0.0;           ///< of the mass of both that is the other's [-]
+  double touching = 0.0;        ///< value of the gap's unknown where the two touch [m]
+  double start = 0.0;           ///< gap at the start [m]
+  double velocity = 0.0;        ///< of the striker at the start [m/s], y up
+
+  [[nodiscard]] bool of_nodes() const noexcept { return striker == kNone; }
+
+  /// @name The change of unknowns, of heights, velocities and stretches alike; the other is the striker or second node
   /// @{
-  [[nodiscard]] double gap_in_node() const noexcept { return -share * side; }            ///< beside a whole centre
-  [[nodiscard]] double gap_in_striker() const noexcept { return (1.0 - share) * side; }  ///< the same
+  [[nodiscard]] double gap_in_node() const noexcept { return -share * side; }          ///< beside a whole centre
+  [[nodiscard]] double gap_in_other() const noexcept { return (1.0 - share) * side; }  ///< the same
   [[nodiscard]] double node_of(double of_centre, double of_gap) const noexcept {
     return of_centre + gap_in_node() * of_gap;
   }
-  [[nodiscard]] double striker_of(double of_centre, double of_gap) const noexcept {
-    return of_centre + gap_in_striker() * of_gap;
+  [[nodiscard]] double other_of(double of_centre, double of_gap) const noexcept {
+    return of_centre + gap_in_other() * of_gap;
   }
-  [[nodiscard]] double gap_of(double node, double of_striker) const noexcept { return side * (of_striker - node); }
-  [[nodiscard]] double centre_of(double node, double of_striker) const noexcept {
-    return (1.0 - share) * node + share * of_striker;
+  [[nodiscard]] double gap_of(double node, double other) const noexcept { return side * (other - node); }
+  [[nodiscard]] double centre_of(double node, double other) const noexcept {
+    return (1.0 - share) * node + share * other;
   }
   /// @}
   /// @name Forces, by the transposed
@@ -93,7 +98,7 @@ struct Strike {
   [[nodiscard]] double force_on_node(double on_centre, double on_gap) const noexcept {
     return (1.0 - share) * on_centre - side * on_gap;
   }
-  [[nodiscard]] double force_on_striker(double on_centre, double on_gap) const noexcept {
+  [[nodiscard]] double force_on_other(double on_centre, double on_gap) const noexcept {
     return share * on_centre + side * on_gap;
   }
   /// @}
@@ -174,10 +179,12 @@ class MassPoints {
   [[nodiscard]] virtual std::optional<std::array<std::size_t, 2>> beside(std::size_t /*point*/) const { return {}; }
   /// Nodes whose axes are their own.
   [[nodiscard]] virtual std::span<const NodeFrame> frames() const { return {}; }
-  /// Nodes that masses strike, by striker; of all ranks.
+  /// Who can touch whom: by striker, then pairs of nodes; of all ranks.
   [[nodiscard]] virtual std::span<const Strike> strikes() const { return {}; }
-  /// Local points that are nodes' own: all but gaps, which follow them.
-  [[nodiscard]] virtual std::size_t own_points() const { return points(); }
+  /// The points of nodes alone, each an unknown of its node: all but gaps of strikers, which follow them.
+  [[nodiscard]] virtual const MassPoints& nodes() const { return *this; }
+  /// How many those are on this rank, the first of these.
+  [[nodiscard]] std::size_t own_points() const { return nodes().points(); }
   /// The own point of the node that a local point belongs to: itself, of a gap the centre.
   [[nodiscard]] virtual std::size_t own_point(std::size_t point) const { return point; }
   /// The same of one coordinate [m]: its share of the height; 0 of a point that moves across, whose coordinate is how
@@ -205,6 +212,8 @@ class MassPoints {
   /// What a force at a place is dealt to, so that force and moment stay where that can be; equal on every rank.
   [[nodiscard]] virtual std::vector<PointShare> lever(const Place& place) const { return height_of(nearest(place)); }
   /// @}
+  /// What of which unknowns adds up to shares of points of nodes.
+  [[nodiscard]] virtual std::vector<PointShare> of_unknowns(std::vector<PointShare> of_nodes) const { return of_nodes; }
   /// One by its global number. @note Collective: one reduction.
   [[nodiscard]] PointRows single(PetscInt global) const;
 

@@ -94,6 +94,8 @@ struct NetworkParameters {
   std::vector<FacedPlane> planes{};
   NetworkPartition partition = NetworkPartition::metis;
   bool rotary_inertia = false;  ///< whether nodes have inertia against the twist of their members
+  /// Pairs of nodes that one rank has, numbered junctions first, then the inner nodes of each member.
+  std::vector<std::array<std::size_t, 2>> together{};
 };
 
 /// @brief The axes of a member: rows are unit vectors along x, y, z in global axes.

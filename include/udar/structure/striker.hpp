@@ -1,6 +1,6 @@
 #pragma once
 /// @file
-/// Rigid masses that fly, hit a structure and leave it again.
+/// Rigid masses that fly, hit a structure and leave it again; nodes that hit each other.
 
 #include <memory>
 #include <span>
@@ -19,18 +19,30 @@ struct Striker {
   bool below = false;     ///< it stands below the structure and strikes upwards
 };
 
-/// @brief A structure with what strikes it: an elastic structure and masses that nothing ties to it.
+/// @brief Two nodes of a structure that can touch across a gap.
+struct NodePair {
+  Place from{};        ///< [m]: the nearest node that moves along y
+  Place to{};          ///< [m]: the same
+  Place normal = kUp;  ///< from the one to the other, along x, y or z: a unit vector
+  double gap = 0.0;    ///< between the two at the start [m], >= 0, wherever their axes stand
+};
+
+/// @brief A structure with what strikes it: an elastic structure, masses that nothing ties to it, and what of it
+/// touches itself.
 ///
 /// Of a node of mass m and its striker of mass M the unknowns are the centre of mass of both, with the mass m + M, and
 /// the gap between them, with the mass m M / (m + M): a change of basis that leaves the mass matrix diagonal and every
-/// filter spring at wf. A contact of the two is one of the gap with a rigid face at 0, exactly, whatever its law.
-/// Source: docs/theory.md, "Strikers"
+/// filter spring at wf. A contact of the two is one of the gap with a rigid face, exactly, whatever its law. Of two
+/// nodes that touch it is the same; their unknowns take the places of their own.
+/// Source: docs/theory.md, "Strikers", "Pairs of nodes"
 class StruckStructure final : public Structure {
  public:
   /// @param structure of points of one component
   /// @note Collective. @throws InputError naming quantity, value and range if a striker is off the structure, has no
-  /// mass or starts within it, or if its node is held, has axes of its own or is another striker's
-  StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers);
+  /// mass or starts within it, or if its node is held, has axes of its own or is another striker's; of pairs the same,
+  /// and if both are one node, do not move along the normal, or are on two ranks
+  StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers,
+                  const std::vector<NodePair>& pairs = {});
 
   [[nodiscard]] const MassPoints& points() const override { return *points_; }
   [[nodiscard]] const Structure& elastic() const override { return structure_->elastic(); }
@@ -49,11 +61,14 @@ class StruckStructure final : public Structure {
   std::unique_ptr<const MassPoints> points_;
 };
 
-/// @brief Puts the heights of nodes, or their velocities, in place of those of centres of mass. @param[in,out] values
-/// of local points
+/// @brief Puts the heights of nodes, or their velocities, in place of those of centres of mass and gaps between nodes.
+/// @param[in,out] values of local points
 void centres_to_nodes(const MassPoints& points, std::span<double> values);
 
-/// The same of a copy, which has no gaps any more. @param values of local points
+/// @brief The way back. @param[in,out] values of local points, gaps to strikers among them
+void nodes_to_centres(const MassPoints& points, std::span<double> values);
+
+/// `centres_to_nodes` of a copy, which has no gaps any more. @param values of local points
 [[nodiscard]] std::vector<double> node_values(const MassPoints& points, std::span<const double> values);
 
 /// Of the local points that are nodes' own, without what strikes them [kg].

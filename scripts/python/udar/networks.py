@@ -122,6 +122,8 @@ class Space:
                 self.add_field(support)
                 kinds.add("support")
                 continue
+            if support.pair is not None:
+                continue
             if support.normal is not None:
                 self.add_plane(support, support.height + lift, reach)
                 kinds.add("support")

@@ -31,6 +31,7 @@ class Support:
     box: np.ndarray = None     # rows of from and to along x, y, z that it touches [m]
     field: tuple = None        # x, z and rows of heights over them, one row for each z
     striker: int = None        # which one this is; it has no height of its own
+    pair: int = None           # which pair of nodes touches here; it has no face, and its normal is not a number
 
 
 @dataclasses.dataclass
@@ -170,6 +171,7 @@ def read_box(file, number, low, high):
 def read_supports(file, x):
     columns = [np.atleast_1d(file[f"support_{name}"][()]) for name in ("position", "width", "height", "side")]
     strikers = np.atleast_1d(file["support_striker"][()]) if "support_striker" in file else np.full(len(columns[0]), -1)
+    pairs = np.atleast_1d(file["support_pair"][()]) if "support_pair" in file else np.full(len(columns[0]), -1)
     ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
     supports = []
     normals = (np.column_stack([file[f"support_normal_{axis}"][()] for axis in "xyz"])
@@ -181,6 +183,11 @@ def read_supports(file, x):
         is_floor = is_wide and normals[number, 1] == 1.0
         if is_wide:
             low, high, position = x.min(), x.max(), (x.min() + x.max()) / 2
+        if pairs[number] >= 0:
+            pair = int(pairs[number])
+            supports.append(Support(f"pair {pair} of nodes", low, high, position, height, side, False,
+                                    np.array([position]), np.full(1, height), np.full(3, np.nan), box, pair=pair))
+            continue
         if f"height_field_{number}_x" in file:
             grid = [file[f"height_field_{number}_{part}"][()] for part in ("x", "z", "height")]
             supports.append(Support(f"support {number}, height field", low, high, position, height, side, False,

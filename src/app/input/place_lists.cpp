@@ -10,12 +10,16 @@ std::vector<Place> read_places(petsc::OptionGroup& group, const PlaceKeys& keys,
   Numbers position;
   Numbers place;
   std::vector<std::string> junctions;
-  group.reals(keys.position[0], position, "m", petsc::any(), keys.position[1]);
+  if (keys.position[0] != nullptr) {
+    group.reals(keys.position[0], position, "m", petsc::any(), keys.position[1]);
+  }
   group.reals(keys.place[0], place, "m", petsc::any(), keys.place[1]);
   group.strings(keys.junction[0], junctions, keys.junction[1]);
   if (structure.beam() && !(place.empty() && junctions.empty())) {
     throw InputError{std::string{"options "} + keys.place[0] + " and " + keys.junction[0] +
-                     " are not for a beam, expected " + keys.position[0] + " [m]"};
+                     " are not for a beam, expected " +
+                     (keys.position[0] != nullptr ? std::string{keys.position[0]} + " [m]"
+                                                  : std::string{"-structure_type network or imported"})};
   }
   if (place.size() % 3 != 0) {
     throw InputError{std::string{"option "} + keys.place[0] + ": " + std::to_string(place.size()) +

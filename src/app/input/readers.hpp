@@ -37,7 +37,7 @@ struct NumberList {
 
 /// @brief The keys that place things of one kind, and what they say of them: along x, in space, at junctions.
 struct PlaceKeys {
-  std::array<const char*, 2> position;  ///< key, text
+  std::array<const char*, 2> position;  ///< key, text; null: there is none
   std::array<const char*, 2> place;
   std::array<const char*, 2> junction;
   const char* thing;
@@ -83,6 +83,11 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// Strikers, and a support for each that is its face.
 [[nodiscard]] std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm comm,
                                                                                   const StructureInput& structure);
+/// Nodes that can touch each other, and a support for each pair that is its face. @param strikers whose faces come
+/// first
+[[nodiscard]] std::pair<std::vector<NodePair>, std::vector<Support>> read_pairs(MPI_Comm comm,
+                                                                                const StructureInput& structure,
+                                                                                std::size_t strikers);
 [[nodiscard]] OutputInput read_output(MPI_Comm comm, const StructureInput& structure);
 /// @param step_needed whether a step must be given
 [[nodiscard]] TimeInput read_time(MPI_Comm comm, bool step_needed);

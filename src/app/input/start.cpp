@@ -30,6 +30,37 @@ void read_pivot(OptionGroup& group, InitialState& initial) {
   initial.pivot = Place{.x = pivot[0], .y = pivot[1], .z = pivot[2]};
 }
 
+/// @return whether there are some
+bool read_parts(OptionGroup& group, InitialState& initial) {
+  constexpr std::size_t kBox = 6;
+  Numbers box;
+  Numbers velocity;
+  group.reals(
+      "-initial_part", box, "m", petsc::any(),
+      "for networks: boxes in their own axes, six numbers each, from and to along x, y and z, whose masses have "
+      "a velocity of their own besides");
+  const bool moves = group.reals("-initial_part_velocity", velocity, "m/s", petsc::any(),
+                                 "of each -initial_part, three numbers along x, y and z, or three for all of them");
+  const std::size_t count = box.size() / kBox;
+  if (box.size() % kBox != 0) {
+    throw InputError{"option -initial_part: " + std::to_string(box.size()) +
+                     " numbers are not allowed, expected six for each part, from and to along x, y and z [m]"};
+  }
+  if (moves != (count > 0) || (moves && velocity.size() != 3 && velocity.size() != 3 * count)) {
+    throw InputError{"option -initial_part_velocity: " + std::to_string(velocity.size()) + " numbers for " +
+                     std::to_string(count) +
+                     " boxes of -initial_part are not allowed, expected three for each, or three for all [m/s]"};
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const double* const ends = &box[kBox * i];
+    const double* const of = &velocity[velocity.size() == 3 ? 0 : 3 * i];
+    initial.parts.push_back({.region = {.from = {.x = ends[0], .y = ends[2], .z = ends[4]},
+                                        .to = {.x = ends[1], .y = ends[3], .z = ends[5]}},
+                             .velocity = {.x = of[0], .y = of[1], .z = of[2]}});
+  }
+  return count > 0;
+}
+
 }  // namespace
 
 StartInput read_start(MPI_Comm comm) {
@@ -59,6 +90,7 @@ StartInput read_start(MPI_Comm comm) {
     input.initial.spin = {.x = spin[0], .y = spin[1], .z = spin[2]};
     input.in_space = true;
   }
+  input.in_space |= read_parts(group, input.initial);
   read_pivot(group, input.initial);
   group.string(
       "-initial_shape", shape,

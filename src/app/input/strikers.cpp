@@ -83,7 +83,7 @@ std::pair<std::vector<Striker>, std::vector<Support>> read_strikers(MPI_Comm com
                           .below = stands[i] == Stand::below});
     Support& face = read.second.emplace_back(
         Support{.position = places[i].x, .restitution = restitution[i], .yield_speed = yield_speed[i]});
-    face.striker = static_cast<PetscInt>(i);
+    face.strike = static_cast<PetscInt>(i);
     face.contact_law = laws.law(comm, i);
     if (face.contact_law) {
       refuse_impact_law(kLawsOfStrikers.law, "the law decides", restitution, yield_speed.key, face);

@@ -17,6 +17,8 @@ def support_faces(run):
     for number, support in enumerate(run.supports):
         if support.field is not None:
             corners = field_faces(support, low, high)
+        elif support.pair is not None:
+            continue
         elif support.normal is not None:
             corners = plane_face(support, low, high, reach)
         elif support.striker is None:

@@ -185,7 +185,7 @@ def facts(sheet):
                              ("striker_velocity", "Velocity of the striker", "m/s")):
         if key in run.options:
             rows.append((label, f"{run.options[key]} {unit}"))
-    heights = [support for support in run.supports if support.striker is None]
+    heights = [support for support in run.supports if support.striker is None and support.pair is None]
     if heights:
         rows.append(("Supports", ", ".join(support.name for support in heights[:6])
                      + (f" and {len(heights) - 6} more" if len(heights) > 6 else "")))
@@ -226,9 +226,11 @@ def aligned(lists):
 
 
 def short_name(run, number):
-    """The number of a support, or which striker it is."""
-    striker = run.supports[number].striker
-    return f"{number}" if striker is None else f"striker {striker}"
+    """The number of a support, or which striker or pair it is."""
+    support = run.supports[number]
+    if support.pair is not None:
+        return f"pair {support.pair}"
+    return f"{number}" if support.striker is None else f"striker {support.striker}"
 
 
 def impact_table(sheet):

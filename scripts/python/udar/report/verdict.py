@@ -142,13 +142,15 @@ def peaks_of_forces(sheet):
     if len(order) > MOST_SUPPORTS:
         yield "", f"and {len(order) - MOST_SUPPORTS} supports with less"
     pushes = list(zip(sheet.run.supports, summary.get("support_impulse") or []))
-    own = [impulse for support, impulse in pushes if support.striker is None]
+    own = [impulse for support, impulse in pushes if support.striker is None and support.pair is None]
     if own:
         yield ("Impulse of the supports" if len(own) > 1 else "Impulse of the support",
                with_unit(sum(own), "N s") + (" in all" if len(own) > 1 else ""))
     for support, impulse in pushes:
         if support.striker is not None:
             yield f"Impulse of striker {support.striker}", with_unit(impulse, "N s")
+        if support.pair is not None:
+            yield f"Impulse of pair {support.pair}", with_unit(impulse, "N s")
 
 
 def when_largest(summary, name):
