@@ -94,8 +94,8 @@ class RunFiles:
         return read_csv(self.folder / f"{name}.csv", needed)
 
     def records(self, file, name, needed):
-        """Impacts or rests: from results.h5 once the run has ended, before that from the CSV file, which has more unless
-        there were too many for it."""
+        """Impacts or rests: from results.h5 once the run has ended, before that from the CSV file, which has more
+        unless there were too many for it."""
         csv = self.folder / f"{name}.csv"
         if name in file and (self.summary or not csv.exists() or len(file[name]) > lines_of(csv) - 1):
             records = file[name][()]
