@@ -61,7 +61,8 @@ std::optional<io::Summary> run_aside(MPI_Comm comm, const Case& other, const std
     Model model{comm, other};
     ImpactDynamics dynamics{model};
     dynamics.set_stop_request(stop);
-    const RunOutput output{other, model.line, dynamics, make_layout(other, model.line, dynamics.fields()), nullptr};
+    const RunOutput output{other, model, dynamics, make_layout(other, model.line, model.contacts, dynamics.fields()),
+                           nullptr};
     dynamics.solve();
     io::Summary summary = gather_summary(other, model.line, dynamics, output);
     return summary.completed ? std::optional{std::move(summary)} : std::nullopt;

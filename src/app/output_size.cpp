@@ -25,8 +25,8 @@ constexpr double kEnergyColumns = 13.0;
 constexpr double kZoneColumns = 4.0;
 constexpr double kSupportColumns = 2.0;
 constexpr double kGaugeColumns = 3.0;
-// Five fields and one byte of a node in a row of fields; of some fields each by itself.
-constexpr double kNodeBytes = 5.0 * kBinary + 1.0;
+// Five fields and two bytes of a node in a row of fields; of some fields each by itself.
+constexpr double kNodeBytes = 5.0 * kBinary + 2.0;
 
 double rows_of(double interval, double end) { return interval > 0.0 ? end / interval + 1.0 : 0.0; }
 

@@ -184,7 +184,8 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
   refuse_keys_of_other_programs();
   petsc::check_unknown_options(comm);
   refuse_large_output(input);
-  io::RunLayout layout = make_layout(input, model.line, dynamics.fields());  // before anything is written over
+  // Before anything is written over.
+  io::RunLayout layout = make_layout(input, model.line, model.contacts, dynamics.fields());
   std::optional<MotionState> earlier;
   if (!input.restart.file.empty()) {
     earlier = restore(dynamics, input, *model.structure);
@@ -206,7 +207,7 @@ RunResult run(MPI_Comm comm, const RunHooks& hooks) {
     UDAR_CALL(PetscPrintf(comm, "udar: the run in '%s' goes on at t = %.6g s\n", input.output.directory.c_str(),
                           earlier->scalar("time")));
   }
-  RunOutput output{input, model.line, dynamics, std::move(layout), earlier ? &*earlier : nullptr};
+  RunOutput output{input, model, dynamics, std::move(layout), earlier ? &*earlier : nullptr};
   earlier.reset();
   if (hooks.listener) {
     dynamics.add_observer(hooks.listener(input, model.structure->points()));

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numbers>
 #include <utility>
 
+#include "structure/place_algebra.hpp"
 #include "udar/app/describe_case.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/options.hpp"
@@ -50,9 +52,97 @@ io::RowChoice rows_chosen(const Case& input, const Structure& structure) {
   return choice;
 }
 
+/// Unit vectors along this rank's cells, by member: one whose ends are all other ranks' has none. Of a chain along x.
+std::map<std::int64_t, Place> directions(const io::RunLayout& layout) {
+  const Topology& topology = layout.rows->topology();
+  std::map<std::int64_t, Place> along;
+  for (std::size_t cell = 0; cell < topology.member.size(); ++cell) {
+    std::array<Place, 2> ends;
+    bool known = !along.contains(topology.member[cell]);
+    for (std::size_t i = 0; known && i < 2; ++i) {
+      const PetscInt node = topology.corners[2 * cell + i] - layout.nodes().begin;
+      known = node >= 0 && node < layout.nodes().count();
+      ends[i] = known ? layout.points->place(layout.rows->a_point()[static_cast<std::size_t>(node)]) : Place{};
+    }
+    if (known) {
+      const Place difference = ends[1] - ends[0];
+      along[topology.member[cell]] = (1.0 / norm(difference)) * difference;
+    }
+  }
+  return along;
+}
+
+/// How far the cells at each of this rank's nodes reach along x, y and z from their axes [m]. @note Collective.
+std::array<std::vector<double>, 3> reach_of_nodes(const io::RunLayout& layout) {
+  const Topology& topology = layout.rows->topology();
+  const auto corners = static_cast<std::size_t>(Topology::corners_of(topology.shape));
+  const std::map<std::int64_t, Place> along = directions(layout);
+  std::array<std::vector<double>, 3> of_corners;
+  for (std::size_t cell = 0; cell < topology.radius.size(); ++cell) {
+    Place axis = layout.members ? Place{} : Place{.x = 1.0};
+    if (const auto found = layout.members ? along.find(topology.member[cell]) : along.end(); found != along.end()) {
+      axis = found->second;
+    }
+    const std::array<double, 3> parts = values_of(axis);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double reach = topology.radius[cell] * std::sqrt(std::max(0.0, 1.0 - parts[k] * parts[k]));
+      of_corners[k].insert(of_corners[k].end(), corners, reach);
+    }
+  }
+  std::array<std::vector<double>, 3> reach;
+  for (std::size_t k = 0; k < 3 && layout.tubes; ++k) {
+    reach[k] = layout.rows->nodes().largest(topology.corners, of_corners[k]);
+  }
+  return reach;
+}
+
+/// What pictures show between supports and what they touch first.
+void add_reach(io::RunLayout& layout, const Contacts& contacts) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  const std::array<std::vector<double>, 3> reach = reach_of_nodes(layout);
+  std::vector<double> nearest(layout.supports.size(), kNone);
+  std::vector<double> radius(layout.supports.size(), 0.0);
+  const auto visit = [&](const auto& see) {
+    for (const ContactSet& set : contacts.sets) {
+      const auto number = static_cast<std::size_t>(set.support);
+      const std::vector<double>& space = layout.supports[number].space;
+      const Place normal = space.empty() ? kUp : Place{.x = space[0], .y = space[1], .z = space[2]};
+      for (std::size_t point = set.first; point < set.last; ++point) {
+        Place at = layout.points->place(layout.points->own_point(point));
+        at.y = layout.rows->upright() ? 0.0 : at.y;
+        see(number, point, normal, set.side * dot(normal, at));
+      }
+    }
+  };
+  visit([&](std::size_t support, std::size_t /*point*/, const Place& /*normal*/, double along) {
+    nearest[support] = std::min(nearest[support], along);
+  });
+  const auto supports = static_cast<int>(nearest.size());
+  MPI_Allreduce(MPI_IN_PLACE, nearest.data(), supports, MPI_DOUBLE, MPI_MIN, layout.comm());
+  visit([&](std::size_t support, std::size_t point, const Place& normal, double along) {
+    constexpr double kRounding = 1e-9;  // of coordinates
+    const std::optional<std::size_t> node = layout.rows->row(point);
+    if (layout.tubes && node && along <= nearest[support] + kRounding * (1.0 + std::abs(nearest[support]))) {
+      const std::array<double, 3> part = values_of(normal);
+      double reaches = 0.0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        reaches += part[k] * part[k] * reach[k][*node];
+      }
+      radius[support] = std::max(radius[support], reaches);
+    }
+  });
+  MPI_Allreduce(MPI_IN_PLACE, radius.data(), supports, MPI_DOUBLE, MPI_MAX, layout.comm());
+  for (std::size_t k = 0; k < nearest.size(); ++k) {
+    io::RunLayout::Support& support = layout.supports[k];
+    support.reach = nearest[k] < kNone ? support.side * nearest[k] : support.height;
+    support.radius = radius[k];
+  }
+}
+
 }  // namespace
 
-io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std::vector<FieldInfo> fields) {
+io::RunLayout make_layout(const Case& input, const FilteredStructure& line, const Contacts& contacts,
+                          std::vector<FieldInfo> fields) {
   const MassPoints& points = line.points();
   io::RunLayout layout{points, line.structure().topology(), rows_chosen(input, line.structure())};
   if (!input.modal) {
@@ -114,6 +204,7 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, std:
     layout.ground_height.insert(layout.ground_height.end(), support.profile.height.begin(),
                                 support.profile.height.end());
   }
+  add_reach(layout, contacts);
   return layout;
 }
 

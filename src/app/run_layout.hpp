@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "udar/app/case.hpp"
+#include "udar/contact/support.hpp"
 #include "udar/filter/filtered_structure.hpp"
 #include "udar/io/layout.hpp"
 #include "udar/io/point_order.hpp"
@@ -17,7 +18,7 @@ namespace udar::app {
 
 /// @brief What the writers of a run are told. @param fields of the snapshots, in their order. It borrows the masses of
 /// `line`. @note Collective.
-[[nodiscard]] io::RunLayout make_layout(const Case& input, const FilteredStructure& line,
+[[nodiscard]] io::RunLayout make_layout(const Case& input, const FilteredStructure& line, const Contacts& contacts,
                                         std::vector<FieldInfo> fields);
 
 }  // namespace udar::app

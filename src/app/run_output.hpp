@@ -13,6 +13,7 @@
 #include "app/support_contacts.hpp"
 #include "udar/app/case.hpp"
 #include "udar/dynamics/impact_dynamics.hpp"
+#include "udar/dynamics/model.hpp"
 #include "udar/io/layout.hpp"
 #include "udar/io/peaks.hpp"
 #include "udar/io/run_directory.hpp"
@@ -26,7 +27,7 @@ class RunOutput {
   /// @param layout what `make_layout` gave @param earlier the state to go on from, in its files if
   /// `input.restart.in_place`; null: the run starts at t = 0
   /// @note Collective. @throws FileError on all ranks
-  RunOutput(const Case& input, const FilteredStructure& line, ImpactDynamics& dynamics, io::RunLayout layout,
+  RunOutput(const Case& input, const Model& model, ImpactDynamics& dynamics, io::RunLayout layout,
             const MotionState* earlier);
 
   /// Keeps the last good step, and everything before it, of a run that failed. @note Collective.

@@ -205,6 +205,7 @@ std::vector<FieldInfo> ImpactDynamics::fields() const {
   if (model_->equations.hinges() != nullptr) {
     all.push_back(kRotationField);
   }
+  all.push_back(kTouchedField);
   all.push_back(kRestingField);
   return all;
 }
@@ -223,6 +224,7 @@ std::vector<Field> ImpactDynamics::fields_of(const Row& row) const {
   if (model_->equations.hinges() != nullptr) {
     all.push_back({kRotationField, Numbers{row.rotation}});
   }
+  all.push_back({kTouchedField, std::span<const std::uint8_t>{row.touched}});
   all.push_back({kRestingField, std::span<const std::uint8_t>{row.resting}});
   return all;
 }
@@ -237,10 +239,11 @@ void ImpactDynamics::emit_snapshots(double until) {
     last_row_time_ = schedule_.next();
     const double within = std::min(last_row_time_, until);
     fill(row, within, until);
+    row.touched = row.resting;  // before the first row
     const std::vector<Field> fields = fields_of(row);
     Snapshot snapshot{
         .time = last_row_time_, .fields = fields, .energy = balance_.ledger(), .support_impulse = row.support_impulse};
-    schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting); });
+    schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting, row.touched); });
   }
 }
 

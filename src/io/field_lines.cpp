@@ -27,9 +27,13 @@ std::vector<std::size_t> chosen_of(std::span<const double> axis, double from, do
 
 }  // namespace
 
+FieldGrid grid_of(const HeightGrid& field, const Region& around) {
+  return {.columns = chosen_of(field.x(), around.from.x, around.to.x),
+          .rows = chosen_of(field.z(), around.from.z, around.to.z)};
+}
+
 std::vector<std::vector<Place>> field_lines(const HeightGrid& field, double base, const Region& around) {
-  const std::vector<std::size_t> columns = chosen_of(field.x(), around.from.x, around.to.x);
-  const std::vector<std::size_t> rows = chosen_of(field.z(), around.from.z, around.to.z);
+  const auto [columns, rows] = grid_of(field, around);
   std::vector<std::vector<Place>> lines;
   const auto add = [&](std::size_t column, std::size_t row) {
     const double height = field.height()[row * field.x().size() + column];

@@ -1,5 +1,6 @@
 #include <vector>
 
+#include "io/paraview_files.hpp"
 #include "io/writers.hpp"
 #include "udar/io/vtkhdf.hpp"
 #include "udar/io/xdmf.hpp"
@@ -16,6 +17,7 @@ class FieldWriter final : public Observer {
       xdmf_ = std::make_unique<XdmfFile>(layout, folder + "results.xdmf", kResults, "results.vtkhdf:/VTKHDF/Points");
       rows_shown_ = static_cast<std::size_t>(xdmf_->rows());
       vtkhdf_ = std::make_unique<VtkHdfFile>(layout, folder + "results.vtkhdf", kResults);
+      paraview_ = std::make_unique<ParaViewFiles>(layout, folder);
     }
   }
 
@@ -24,9 +26,10 @@ class FieldWriter final : public Observer {
   void snapshot(const Snapshot& state) override {
     results_->append_fields(state);
     times_.push_back(state.time);
+    paraview_->see(state);
     show_rows();
-    if (rows_shown_ >= 2 * rows_in_vtkhdf_) {  // written anew each time
-      write_vtkhdf();
+    if (rows_shown_ >= 2 * rows_in_pictures_) {  // written anew each time
+      write_pictures();
     }
   }
 
@@ -42,12 +45,13 @@ class FieldWriter final : public Observer {
     results_->save(state);
     if (xdmf_) {
       xdmf_->save(state);
+      paraview_->save(state);
     }
   }
 
   void finish() override {
     flush();
-    write_vtkhdf();
+    write_pictures();
     results_.leave();
   }
 
@@ -59,20 +63,22 @@ class FieldWriter final : public Observer {
     }
   }
 
-  void write_vtkhdf() {
+  void write_pictures() {
     if (rows_shown_ > 0) {
       vtkhdf_->write(std::span{times_}.first(rows_shown_));
+      paraview_->write(std::span{times_}.first(rows_shown_));
     }
-    rows_in_vtkhdf_ = rows_shown_;
+    rows_in_pictures_ = rows_shown_;
   }
 
   SharedResults results_;
   double interval_;
   std::unique_ptr<XdmfFile> xdmf_;      ///< null without fields, as the next
   std::unique_ptr<VtkHdfFile> vtkhdf_;  ///< the same rows for other readers
-  std::vector<double> times_;           ///< of the rows [s]
+  std::unique_ptr<ParaViewFiles> paraview_;
+  std::vector<double> times_;  ///< of the rows [s]
   std::size_t rows_shown_ = 0;
-  std::size_t rows_in_vtkhdf_ = 0;
+  std::size_t rows_in_pictures_ = 0;  ///< of those that are written anew
 };
 
 }  // namespace

@@ -10,9 +10,10 @@ namespace udar::io {
 
 RunLayout::RunLayout(const MassPoints& of, Topology topology_of, const RowChoice& choice)
     : points{&of}, topology{std::move(topology_of)}, rows{std::make_shared<const FileRows>(of, topology, choice)} {
-  int some = topology.radius.empty() ? 0 : 1;
-  MPI_Allreduce(MPI_IN_PLACE, &some, 1, MPI_INT, MPI_LOR, of.comm());
-  tubes = some != 0;
+  std::array<int, 2> some{topology.radius.empty() ? 0 : 1, topology.member.empty() ? 0 : 1};
+  MPI_Allreduce(MPI_IN_PLACE, some.data(), 2, MPI_INT, MPI_LOR, of.comm());
+  tubes = some[0] != 0;
+  members = some[1] != 0;
 }
 
 std::vector<FileField> RunLayout::fields_in_files() const {

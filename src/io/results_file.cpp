@@ -199,9 +199,11 @@ void add_cells(Hdf5File& file, const RunLayout& layout) {
   file.add_node_values("/cells", order.range(), order.to_user(layout.rows->nodes().rows_of(topology.corners), corners),
                        corners);
   add_units(file, "/cells", "1");
-  if (layout.tubes) {
+  if (layout.members) {
     file.add_node_values("/member", order.range(), order.to_user(topology.member));
     add_units(file, "/member", "1");
+  }
+  if (layout.tubes) {
     file.add_node_values("/member_radius", order.range(), order.to_user(topology.radius));
     add_units(file, "/member_radius", "m");
     std::vector<double> of_corners;

@@ -29,11 +29,14 @@ constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
 constexpr std::array kOpenFiles{"gauges.csv", "strikers.csv", "energy.csv", "impacts.csv", "impacts_merged.csv",
                                 "rests.csv",  "contact.csv",  "results.h5", "results.xdmf"};
 /// What it writes at once, and the unfinished files a killed run may leave.
-constexpr std::array kOtherFiles{"summary.json", "summary.json.tmp", "results.vtkhdf", "results.vtkhdf.tmp",
-                                 "envelope.csv", "restart.h5",       "restart.h5.tmp", "restart.previous.h5"};
+constexpr std::array kOtherFiles{"summary.json",       "summary.json.tmp",  "results.vtkhdf",
+                                 "results.vtkhdf.tmp", "paraview-state.py", "paraview-state.py.tmp",
+                                 "supports.vtp",       "supports.vtp.tmp",  "envelope.csv",
+                                 "restart.h5",         "restart.h5.tmp",    "restart.previous.h5"};
 /// Of these, what it writes at its end, and what is unfinished.
-constexpr std::array kAtTheEnd{"summary.json",       "summary.json.tmp", "results.vtkhdf",
-                               "results.vtkhdf.tmp", "envelope.csv",     "restart.h5.tmp"};
+constexpr std::array kAtTheEnd{"summary.json",      "summary.json.tmp",      "results.vtkhdf", "results.vtkhdf.tmp",
+                               "paraview-state.py", "paraview-state.py.tmp", "supports.vtp",   "supports.vtp.tmp",
+                               "envelope.csv",      "restart.h5.tmp"};
 
 std::string reason(int error) { return std::generic_category().message(error); }
 

@@ -1,11 +1,8 @@
 #include "udar/io/summary.hpp"
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "io/text_file.hpp"
-#include "udar/petsc/error.hpp"
 
 namespace udar::io {
 namespace {
@@ -123,17 +120,7 @@ std::string as_json(const Summary& summary) {
 void write_summary(MPI_Comm comm, const std::string& path, const Summary& summary) {
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  const std::string unfinished = path + ".tmp";
-  {
-    TextFile file{comm, unfinished};
-    file.append(rank == 0 ? as_json(summary) : "");
-    file.sync();
-  }
-  std::string failure;
-  if (rank == 0 && std::rename(unfinished.c_str(), path.c_str()) != 0) {
-    failure = cannot_write(path, std::generic_category().message(errno));
-  }
-  throw_together<FileError>(comm, failure);
+  replace_text(comm, path, rank == 0 ? as_json(summary) : "", true);
 }
 
 }  // namespace udar::io

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -164,6 +165,24 @@ void TextFile::sync() {
     fail(errno);  // EINVAL: a pipe or a device, nothing to wait for
   }
   throw_together<FileError>(comm_, failure_);
+}
+
+void replace_text(MPI_Comm comm, const std::string& path, const std::string& text, bool sync) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const std::string unfinished = path + ".tmp";
+  {
+    TextFile file{comm, unfinished};
+    file.append(rank == 0 ? text : "");
+    if (sync) {
+      file.sync();
+    }
+  }
+  std::string failure;
+  if (rank == 0 && std::rename(unfinished.c_str(), path.c_str()) != 0) {
+    failure = cannot_write(path, std::generic_category().message(errno));
+  }
+  throw_together<FileError>(comm, failure);
 }
 
 }  // namespace udar::io

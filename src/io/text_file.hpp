@@ -30,6 +30,11 @@ std::uint64_t size_of_file(int descriptor);
 void append_number(std::string& text, double value);
 void append_number(std::string& text, std::int64_t value);
 
+/// @brief Writes a text file that appears whole, in the place of one before, or not at all.
+/// @param[in] text read on rank 0 only @param[in] sync wait until it is on the disk
+/// @note Collective. @throws FileError on all ranks
+void replace_text(MPI_Comm comm, const std::string& path, const std::string& text, bool sync);
+
 /// @brief What stands in a text file before all text, and what behind it at all times, so that it is always whole.
 struct TextFrame {
   std::string header{};

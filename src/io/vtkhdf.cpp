@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "io/field_lines.hpp"
+#include "io/support_outline.hpp"
 #include "io/text_file.hpp"
-#include "structure/place_algebra.hpp"
 #include "udar/io/hdf5_file.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -358,34 +358,6 @@ void write_steps(Writer& writer, std::span<const double> times) {
   }
 }
 
-constexpr std::int64_t kOutline = 5;  // corners of a rectangle, the first again
-
-/// The part of a plane that is next to a structure, or to the box of it that the plane holds.
-std::array<Place, kOutline> outline_of(const RunLayout::Support& support, const Region& around) {
-  const std::vector<double>& space = support.space;
-  const Place normal{.x = space[0], .y = space[1], .z = space[2]};
-  const double half = support.width > 0.0 ? 0.5 * support.width : std::numeric_limits<double>::infinity();
-  const Place from{.x = std::max(around.from.x, support.position - half),
-                   .y = std::max(around.from.y, space[3]),
-                   .z = std::max(around.from.z, space[5])};
-  const Place to{.x = std::min(around.to.x, support.position + half),
-                 .y = std::min(around.to.y, space[4]),
-                 .z = std::min(around.to.z, space[6])};
-  const Place middle = 0.5 * (from + to);
-  const Place centre = middle + (support.height - dot(normal, middle)) * normal;
-  const Place across = cross(normal, std::abs(normal.z) < 0.9 ? Place{.z = 1.0} : Place{.x = 1.0});
-  const Place first = (1.0 / norm(across)) * across;
-  const Place second = cross(normal, first);
-  const auto reach = [&](const Place& axis) {
-    return 0.5 * (std::abs(axis.x) * (to.x - from.x) + std::abs(axis.y) * (to.y - from.y) +
-                  std::abs(axis.z) * (to.z - from.z));
-  };
-  const auto corner = [&](double a, double b) {
-    return centre + (a * reach(first)) * first + (b * reach(second)) * second;
-  };
-  return {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1), corner(-1, -1)};
-}
-
 }  // namespace
 
 VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string results)
@@ -397,6 +369,7 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
       shape_{layout.topology.shape},
       upright_{layout.rows->upright()},
       tubes_{layout.tubes},
+      members_{layout.members},
       fields_{layout.fields_in_pictures()} {
   // Heights of points that move along y are absolute.
   constexpr double kNone = -std::numeric_limits<double>::infinity();
@@ -433,10 +406,12 @@ void VtkHdfFile::place_supports(const RunLayout& layout, const Region& around) {
       continue;
     }
     if (!space.empty() && space[1] != 1.0) {
-      for (const Place& corner : outline_of(support, around)) {
+      const std::array<Place, kCorners> corners = outline_of(support, around);
+      for (std::size_t i = 0; i <= kCorners; ++i) {  // the first again
+        const Place& corner = corners[i % kCorners];
         support_points_.insert(support_points_.end(), {corner.x, corner.y, corner.z});
       }
-      support_sizes_.push_back(kOutline);
+      support_sizes_.push_back(kCorners + 1);
       lifts_.emplace_back();  // which would be along the normal
       continue;
     }
@@ -513,6 +488,8 @@ void VtkHdfFile::write(std::span<const double> times) const {
     if (tubes_) {  // the Tube filter takes no number that is none
       at_points.add("radius", "m", {parts.points()}, 0.0, {parts.fixed("/radius", parts.first(Body::line))}, false);
       in_cells.add("radius", "m", {parts.cells()}, 0.0, {parts.fixed_in_cells("/member_radius")}, false);
+    }
+    if (members_) {
       in_cells.add("member", "1", {parts.cells()}, std::int64_t{-1}, {parts.fixed_in_cells("/member")}, false);
     }
     write_steps(writer, times);

@@ -52,7 +52,7 @@ class SharedResults {
 [[nodiscard]] std::unique_ptr<Observer> make_envelope_writer(const RunLayout& layout, const std::string& folder,
                                                              const std::shared_ptr<ResultsFile>& results,
                                                              double interval, Peaks* peaks);
-/// /fields, results.xdmf and results.vtkhdf.
+/// /fields, results.xdmf, results.vtkhdf, paraview-state.py and supports.vtp.
 [[nodiscard]] std::unique_ptr<Observer> make_field_writer(const RunLayout& layout, const std::string& folder,
                                                           const std::shared_ptr<ResultsFile>& results, double interval);
 /// @}

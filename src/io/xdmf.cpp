@@ -81,6 +81,7 @@ XdmfFile::XdmfFile(const RunLayout& layout, const std::string& path, std::string
       cells_{layout.cells().total},
       shape_{layout.topology.shape},
       tubes_{layout.tubes},
+      members_{layout.members},
       fields_{layout.fields_in_pictures()} {
   if (layout.earlier != nullptr) {
     const auto rows = layout.earlier->scalars.find(kRowsOfXdmf);
@@ -109,15 +110,23 @@ std::string XdmfFile::attribute(const std::string& name, const FileField& field)
   return open_attribute(name, type, field.where) + row_of(field) + kCloseAttribute;
 }
 
-/// What members are like, the same at all times.
-std::string XdmfFile::members() const {
+/// What cells are like at all times.
+std::string XdmfFile::constants() const {
   const std::string nodes = std::to_string(nodes_);
   const std::string cells = std::to_string(cells_);
-  return open_attribute("radius", "Scalar", Where::points) + whole(nodes, kFloat, results_ + ":/radius") +
-         kCloseAttribute + open_attribute("radius", "Scalar", Where::cells) +
-         whole(cells, kFloat, results_ + ":/member_radius") + kCloseAttribute +
-         open_attribute("member", "Scalar", Where::cells) + whole(cells, kInteger, results_ + ":/member") +
-         kCloseAttribute;
+  const auto item = [this](const char* name, Where where, const std::string& count, const char* type,
+                           const char* dataset) {
+    return open_attribute(name, "Scalar", where) + whole(count, type, results_ + ":" + dataset) + kCloseAttribute;
+  };
+  std::string text;
+  if (tubes_) {
+    text += item("radius", Where::points, nodes, kFloat, "/radius");
+    text += item("radius", Where::cells, cells, kFloat, "/member_radius");
+  }
+  if (members_) {
+    text += item("member", Where::cells, cells, kInteger, "/member");
+  }
+  return text;
 }
 
 /// The points of the line: x, then its height, or y, then z.
@@ -156,7 +165,7 @@ void XdmfFile::append(double time) {
       grid += attribute("displacement", *field);
     }
   }
-  grid += tubes_ ? members() : "";
+  grid += constants();
   grid += "      </Grid>\n";
   file_->append(grid);
   ++rows_;

@@ -79,9 +79,10 @@ void ContactState::release(std::size_t node, const ContactSet& set, double time)
   set_resting(node, -1);
 }
 
-ContactZone ContactState::zone(double since, double until, std::span<const std::uint8_t> resting) {
+ContactZone ContactState::zone(double since, double until, std::span<const std::uint8_t> resting,
+                               std::span<std::uint8_t> touched) {
   times_.note(journal_, until);
-  return times_.zone(since, resting);
+  return times_.zone(since, resting, touched);
 }
 
 void ContactState::record_gap(double gap, std::size_t node, double time) {

@@ -38,11 +38,13 @@ void ContactTimes::note(const ContactJournal& step, double until) {
   }
 }
 
-ContactZone ContactTimes::zone(double since, std::span<const std::uint8_t> resting) const {
+ContactZone ContactTimes::zone(double since, std::span<const std::uint8_t> resting,
+                               std::span<std::uint8_t> touched) const {
   ContactZone zone;
   for (const auto& [first, last] : touchable_) {
     for (std::size_t node = first; node < last; ++node) {
-      if (resting[node] != 0 || last_[node] >= since) {
+      touched[node] = resting[node] != 0 || last_[node] >= since ? 1 : 0;
+      if (touched[node] != 0) {
         const double x = points_->place(node).x;
         ++zone.masses;
         zone.x_min = std::min(zone.x_min, x);

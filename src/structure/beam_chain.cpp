@@ -111,9 +111,13 @@ bool BeamChain::grounded() const {
 }
 
 Topology BeamChain::topology() const {
+  constexpr double kSlender = 200.0;  // length over radius, where that is not known
   Topology topology;
   for (PetscInt node = begin(); node < std::min(end(), elements()); ++node) {
     topology.corners.insert(topology.corners.end(), {node, node + 1});
+    const BeamSegment& segment = parameters_.segments[segment_of_element(node)];
+    const double known = segment.radius > 0.0 ? segment.radius : length() / kSlender;
+    topology.radius.push_back(segment.is_gap() ? 0.0 : known);
   }
   return topology;
 }

@@ -12,9 +12,11 @@ void describe(Description& all, const BeamParameters& beam) {
   // Stresses follow the motion and do not shape it.
   const auto part = [&](std::string_view name, std::size_t index) {
     all.add_each(name, beam.segments, [index](const BeamSegment& segment) {
-      const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, stress_unused, yields] = segment;
+      const auto& [length, elements, bending, mass, shear, foundation, modulus_unused, stress_unused, yields,
+                   radius_unused] = segment;
       static_cast<void>(modulus_unused);
       static_cast<void>(stress_unused);
+      static_cast<void>(radius_unused);
       return std::array{length, static_cast<double>(elements), bending, mass, shear, foundation, yields}.at(index);
     });
   };

@@ -104,6 +104,7 @@ class ImpactDynamics {
   struct Row {
     MassState masses;
     std::vector<std::uint8_t> resting;
+    std::vector<std::uint8_t> touched;  ///< since the last row of the listener at hand
     LineState line;
     std::vector<double> line_position;
     std::vector<double> internal;    ///< of the operator's internal fields, one behind the other

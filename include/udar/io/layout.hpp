@@ -53,6 +53,11 @@ struct RunLayout {
     double base = 0.0;                                  ///< [m]
     std::function<double(double)> lift =
         nullptr;  ///< what its motion adds to the height [m] at a time [s]; empty: none
+    /// @name For pictures
+    /// @{
+    double reach = 0.0;   ///< where what it touches first stands along its normal as long as nothing strains it [m]
+    double radius = 0.0;  ///< how far that reaches towards it [m]
+    /// @}
   };
 
   /// @param of         borrowed; must outlive the writers
@@ -62,7 +67,8 @@ struct RunLayout {
 
   const MassPoints* points;              ///< never null
   Topology topology;                     ///< this rank's cells, whether they have rows or not
-  bool tubes = false;                    ///< its cells are pieces of members and have radii
+  bool tubes = false;                    ///< its cells have radii
+  bool members = false;                  ///< and are pieces of members
   std::shared_ptr<const FileRows> rows;  ///< from this rank's points and cells to rows of the files
   std::vector<FieldInfo> fields;         ///< of the snapshots, in their order
   ContentChoice content{};

@@ -19,8 +19,8 @@ namespace udar::io {
 /// masses as points, the supports as lines or points, of a structure in space as outlines of what they cover, of a
 /// field of heights as lines along x and z. Points stand at their place, at height 0 if all of the structure move along
 /// y, a support at its height; the point data `displacement` [m] moves them to where they are, and every field that has
-/// rows is data of the points of its part, or of the cells of the line. Of members there are `radius` [m], of points
-/// and of cells, and the number `member`.
+/// rows is data of the points of its part, or of the cells of the line. Where cells have one, there is their `radius`
+/// [m], of points and of cells, and of members their number `member`.
 ///
 /// All fields are virtual datasets: HDF5 takes them from results.h5 in the same folder.
 /// For the VTKHDF readers of VTK 9.3, ParaView 5.12 and later; earlier ones show the first row.
@@ -48,6 +48,7 @@ class VtkHdfFile {
   Topology::Shape shape_;
   bool upright_;
   bool tubes_;
+  bool members_;
   std::array<std::string, 3> axes_;  ///< datasets of places along x, y, z; empty: zeros
   std::vector<FileField> fields_;
   std::vector<std::int64_t> support_sizes_;           ///< points of each

@@ -17,7 +17,8 @@ class TextFile;
 
 /// @brief The file results.xdmf: for each row of the fields the line, with all other fields, first those of the line,
 /// then those of the masses. Points that move along y alone stand where the line is; else they stand at their places,
-/// with a vector `displacement`. Of members there are `radius`, of points and of cells, and `member`. The numbers stay
+/// with a vector `displacement`. Where cells have one, there is their `radius`, of points and of cells, and of members
+/// their number `member`. The numbers stay
 /// in results.h5, of which it names the rows.
 /// For ParaView's "XDMF Reader"; its Xdmf3 readers do not read rows of datasets and show nothing.
 /// @note All calls are collective; rank 0 writes. The file is whole after each call.
@@ -47,7 +48,7 @@ class XdmfFile {
  private:
   [[nodiscard]] std::string row_of(const FileField& field) const;
   [[nodiscard]] std::string attribute(const std::string& name, const FileField& field) const;
-  [[nodiscard]] std::string members() const;
+  [[nodiscard]] std::string constants() const;
   [[nodiscard]] std::string geometry(const FileField* height) const;
 
   std::unique_ptr<TextFile> file_;
@@ -57,6 +58,7 @@ class XdmfFile {
   PetscInt cells_;
   Topology::Shape shape_;
   bool tubes_;
+  bool members_;
   std::vector<FileField> fields_;  ///< those that have rows
   PetscInt rows_ = 0;
 };

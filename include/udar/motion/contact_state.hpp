@@ -143,7 +143,9 @@ class ContactState {
   /// @brief The nodes of this rank that were hit, rested or pressed on by the line from `since` until just before
   /// `until`, a time in the step.
   /// @param resting nonzero for each local node that rests at `until`
-  [[nodiscard]] ContactZone zone(double since, double until, std::span<const std::uint8_t> resting);
+  /// @param[out] touched 1 for each of them, 0 for others; of those that nothing can touch it stays
+  [[nodiscard]] ContactZone zone(double since, double until, std::span<const std::uint8_t> resting,
+                                 std::span<std::uint8_t> touched);
   /// @}
 
   /// @brief Ends the step: what `sums` holds besides is added up in the same reduction.

@@ -25,7 +25,9 @@ class ContactTimes {
   void note(const ContactJournal& step, double until);
   /// @brief The nodes that were in contact since a time [s], or are at rest.
   /// @param resting nonzero for each local node that rests
-  [[nodiscard]] ContactZone zone(double since, std::span<const std::uint8_t> resting) const;
+  /// @param[out] touched 1 for each local node that was or is, 0 for others; of those that nothing can touch it stays
+  [[nodiscard]] ContactZone zone(double since, std::span<const std::uint8_t> resting,
+                                 std::span<std::uint8_t> touched) const;
 
   /// @name For a restart: [s], per local node; empty if no node of this rank can be in contact.
   /// @{

@@ -77,6 +77,8 @@ inline constexpr FieldInfo kRotationField{.name = "plastic_rotation",
                                           .extremes = true,
                                           .gauge = "plastic_rotation",
                                           .label = "plastic rotation"};
+/// @brief 1 where the mass was hit, rested or was pressed on since the listener's last snapshot.
+inline constexpr FieldInfo kTouchedField{.name = "touched", .unit = "1", .body = Body::masses, .flag = true};
 /// @brief 1 where the mass rests on a support, or the line presses on one; the last of the fields.
 inline constexpr FieldInfo kRestingField{.name = "resting", .unit = "1", .body = Body::masses, .flag = true};
 

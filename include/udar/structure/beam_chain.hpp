@@ -28,6 +28,7 @@ struct BeamSegment {
   double section_modulus = 0.0;       ///< W = I/c: bending stress is |M| / W [m^3], >= 0; 0: not known
   double yield_stress = 0.0;          ///< [Pa], >= 0; 0: not known
   double yield_moment = std::numeric_limits<double>::infinity();  ///< plastic moment [N m], > 0; infinite: elastic
+  double radius = 0.0;                                            ///< of the tube in pictures [m], >= 0; 0: not known
 
   [[nodiscard]] bool is_gap() const noexcept { return bending_stiffness == 0.0 && mass_per_length == 0.0; }
 };

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "app/input/readers.hpp"
@@ -227,7 +228,8 @@ class SegmentLists {
             .foundation_stiffness = foundation_[i],
             .section_modulus = modulus,
             .yield_stress = yield_[i],
-            .yield_moment = yield_moment(i, modulus)};
+            .yield_moment = yield_moment(i, modulus),
+            .radius = radius(i)};
   }
 
   /// Warns of what looks like a slip of unit where material and section say what the beam is.
@@ -256,12 +258,23 @@ class SegmentLists {
     return shear_.given ? shear_[i] : sections_[i].shear_coefficient * shear_modulus * sections_[i].area;
   }
 
+  /// c; 0: not known.
+  [[nodiscard]] double outer_fibre(std::size_t i) const {
+    const double of_section = bending_.given ? 0.0 : sections_[i].outer_fibre;
+    return fibre_.given ? fibre_[i] : of_section;
+  }
+
   /// I / c; 0: c is not known.
   [[nodiscard]] double section_modulus(std::size_t i) const {
     const double inertia = bending_.given ? bending_[i] / modulus_[i] : sections_[i].inertia;
-    const double of_section = bending_.given ? 0.0 : sections_[i].outer_fibre;
-    const double outer = fibre_.given ? fibre_[i] : of_section;
+    const double outer = outer_fibre(i);
     return outer > 0.0 ? inertia / outer : 0.0;
+  }
+
+  /// As far as the section reaches, or of a circle of its area; 0: not known.
+  [[nodiscard]] double radius(std::size_t i) const {
+    const double of_area = bending_.given ? 0.0 : std::sqrt(sections_[i].area / std::numbers::pi);
+    return outer_fibre(i) > 0.0 ? outer_fibre(i) : of_area;
   }
 
   NumberList length_{"-beam_length", {10.0}};
