@@ -52,7 +52,7 @@ def bash(manual):
   case ${{COMP_WORDS[COMP_CWORD - 1]}} in
 {joined}
   esac
-  if [ -z "$words" ] && [[ $current == -* ]]; then
+  if [[ $current == -* ]]; then  # a switch goes without its value, too
     words="
 {names}"
   fi
@@ -87,6 +87,7 @@ def zsh(manual):
         for mark in "[]:":
             meaning = meaning.replace(mark, "\\" + mark)
         value = action[option.kind].format(" ".join(option.words)) if option.kind else ""
+        value = ":" + value if option.words == ["true", "false"] else value  # a switch goes without it, too
         return "    " + quoted(f"*{name}[{meaning}]{value}")
 
     entries = [entry(name, option) for option in manual.options for name in option.names]
