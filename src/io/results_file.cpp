@@ -226,6 +226,20 @@ void set_program(Hdf5File& file, const RunLayout& layout) {
   file.add_attribute("/", "ranks", static_cast<std::int64_t>(ranks));
 }
 
+/// Which nodes touch each other, two of each pair.
+void add_pairs(Hdf5File& file, const RunLayout& layout) {
+  std::vector<PetscInt> nodes;
+  for (const Strike& strike : layout.points->strikes()) {
+    if (strike.of_nodes()) {
+      nodes.insert(nodes.end(), {strike.centre, strike.gap});
+    }
+  }
+  if (!nodes.empty()) {
+    file.add_small("/pair_nodes", layout.numbers_of(nodes));
+    add_units(file, "/pair_nodes", "1");
+  }
+}
+
 void add_layout(Hdf5File& file, const RunLayout& layout) {
   for (const auto& [library, version] : library_versions()) {
     file.add_attribute("/", library + "_version", version);
@@ -278,6 +292,7 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   };
   add_faces("/support_striker", &Support::striker);
   add_faces("/support_pair", &Support::pair);
+  add_pairs(file, layout);
   constexpr std::array<std::pair<const char*, const char*>, 7> kSpace{{{"/support_normal_x", "1"},
                                                                        {"/support_normal_y", "1"},
                                                                        {"/support_normal_z", "1"},

@@ -174,6 +174,9 @@ class Pairs(UdarTest):
         data, gauges = datasets(run.file("results.h5")), run.csv("gauges.csv")
         np.testing.assert_array_equal(data["support_pair"], [0, 1])
         self.assertNotIn("support_striker", data)
+        rows = [int(np.flatnonzero(data["node"] == node)[0]) for node in data["pair_nodes"]]
+        places = np.column_stack([data["x"][rows], data["y"][rows]])
+        np.testing.assert_allclose(places, [[0, 0], [0, 0.1], [2, 0], [2, 0.1]], atol=1e-12)
         # Half of two elements, each 0.5 m long: of both nodes of a pair.
         for place in ((0, 0, 0), (0, 0.1, 0)):
             at = np.flatnonzero((data["x"] == place[0]) & (data["y"] == place[1]) & (np.abs(data["z"]) < 1e-12))
