@@ -197,9 +197,11 @@ void check_space(const CaseInput& input) {
         "options -support_normal, -support_friction, -support_y_* and -support_z_* are not allowed without "
         "-structure_type network"};
   }
-  if (input.structure.beam() && std::ranges::any_of(input.start.base_motion, [](const BaseMotion& motion) {
-        return motion.direction().x != 0.0 || motion.direction().z != 0.0;
-      })) {
+  const auto across = [](const BaseMotion& motion) {
+    return motion.direction().x != 0.0 || motion.direction().z != 0.0;
+  };
+  if (input.structure.beam() && (std::ranges::any_of(input.start.base_motion, across) ||
+                                 std::ranges::any_of(input.start.held_motion, across, &HeldMotion::motion))) {
     throw InputError{"option -base_motion_direction: not allowed with a beam, whose masses move along y alone"};
   }
   if (input.start.in_space) {
@@ -254,7 +256,9 @@ CaseInput read_case(MPI_Comm comm) {
   input.start = read_start(comm);
   input.start.loads = read_loads(comm, input.structure.network);
   input.start.travelling_loads = read_travelling_loads(comm);
-  input.start.base_motion = read_base_motion(comm);
+  auto [base, held] = read_base_motion(comm, input.structure.network);
+  input.start.base_motion = std::move(base);
+  input.start.held_motion = std::move(held);
   input.contact = read_contact(comm, input.structure.network);
   auto [strikers, faces] = read_strikers(comm, input.structure);
   input.contact.strikers = std::move(strikers);
@@ -289,6 +293,7 @@ Case resolve(MPI_Comm comm, const CaseInput& input) {
   settled.loads = input.start.loads;
   settled.travelling_loads = input.start.travelling_loads;
   settled.base_motion = input.start.base_motion;
+  settled.held_motion = input.start.held_motion;
   settled.damping = input.start.damping;
   settled.damping_ratio = input.start.damping_ratio;
   settled.initial = input.start.initial;

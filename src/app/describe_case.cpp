@@ -23,6 +23,9 @@ Description describe(const Case& input, const Structure& structure) {
   udar::describe(all, std::span{input.loads});
   udar::describe(all, std::span{input.travelling_loads});
   udar::describe(all, std::span{input.base_motion});
+  if (!input.held_motion.empty()) {
+    udar::describe(all, std::span{input.held_motion});
+  }
   if (!input.strikers.empty()) {
     udar::describe(all, std::span{input.strikers});
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -175,6 +176,13 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
     text << "base      moves along (" << x << ", " << y << ", " << z << ") from t = " << times.front() << " to "
          << times.back() << " s with at most " << motion.peak() << " m/s^2, and all is told in its frame\n";
   }
+  for (const auto& [place, motion, accuracy] : input.held_motion) {
+    const auto& [x, y, z] = motion.direction();
+    const auto times = motion.acceleration()->time();
+    text << std::left << std::setw(9) << place_name(place, input.network ? &*input.network : nullptr) << std::right
+         << " moves along (" << x << ", " << y << ", " << z << ") from t = " << times.front() << " to " << times.back()
+         << " s with at most " << motion.peak() << " m/s^2\n";
+  }
   text << "supports  " << sides(input.supports, structure) << contact_text(input) << '\n';
   for (const Striker& striker : input.strikers) {
     text << "striker   " << striker.mass << " kg " << (striker.below ? "below" : "above") << ' '
@@ -233,6 +241,14 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
   if (highest > kHighFall) {
     petsc::warn(comm, "the %s starts %g m from a support; lengths are in metres, not millimetres", name_of(structure),
                 highest);
+  }
+  for (const auto& [place, motion, accuracy] : input.held_motion) {
+    if (const double start = motion.at(0.0).displacement; start != 0.0 && input.initial.shape.x.empty()) {
+      petsc::warn(comm,
+                  "%s starts %g m from where it is unstressed, so that the %s is bent from the start; give "
+                  "-initial_shape, or a -base_motion that is 0 at t = 0",
+                  place_name(place, input.network ? &*input.network : nullptr).c_str(), start, name_of(structure));
+    }
   }
   if (const auto first = expected_contact(input, structure); first && *first > input.end_time) {
     petsc::warn(comm,

@@ -174,6 +174,7 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, cons
       return std::array{base_displacement(motions, time).y, base_velocity(motions, time).y};
     };
   }
+  layout.places = input.held_motion.size();
   for (const Support& support : input.supports) {
     const bool bounded = std::isfinite(support.x.length());  // a box's
     layout.supports.push_back({.position = bounded ? support.x.middle() : support.position,

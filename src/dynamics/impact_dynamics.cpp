@@ -241,8 +241,11 @@ void ImpactDynamics::emit_snapshots(double until) {
     fill(row, within, until);
     row.touched = row.resting;  // before the first row
     const std::vector<Field> fields = fields_of(row);
-    Snapshot snapshot{
-        .time = last_row_time_, .fields = fields, .energy = balance_.ledger(), .support_impulse = row.support_impulse};
+    Snapshot snapshot{.time = last_row_time_,
+                      .fields = fields,
+                      .energy = balance_.ledger(),
+                      .support_impulse = row.support_impulse,
+                      .places = row.places};
     schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting, row.touched); });
   }
 }
@@ -289,6 +292,10 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   row.line_position = model_->equations.line_stretch(row.line);
   for (std::size_t i = 0; i < count(); ++i) {
     row.line_position[i] += row.masses.position[i];
+  }
+  if (const HeldPlaces& held = model_->equations.held(); !held.empty()) {
+    row.places = held.states({time, kinks_.piece_begin(time_, time)}, model_->loads, row.masses.position,
+                             row.line_position, model_->equations.axis());
   }
   if (const LineContact* line_contact = model_->equations.line_contact(); !row.line.contact_force.empty()) {
     for (const std::size_t point : line_contact->mine()) {

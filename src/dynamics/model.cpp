@@ -1,7 +1,10 @@
 #include "udar/dynamics/model.hpp"
 
 #include <memory>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "udar/petsc/error.hpp"
 #include "udar/structure/network_place.hpp"
@@ -15,17 +18,19 @@ ContactParameters resolved(ContactParameters contact, const FilterParameters& fi
   return contact;
 }
 
-InitialState checked(const MassPoints& points, InitialState initial) {
+InitialState checked(const MassPoints& points, InitialState initial, std::span<const HeldMove> moves) {
   refuse_shape(points, initial);
   refuse_torn(points, initial);
-  return initial;
-}
-
-FilteredStructure& prepared(FilteredStructure& line, const std::function<void(FilteredStructure&)>& prepare) {
-  if (prepare) {
-    prepare(line);
+  for (const HeldMove& move : moves) {
+    for (const MovedPoint& moved : move.points) {
+      if (moved.held() && moved.here()) {
+        const auto [displacement, velocity] = move.table->at(0.0);
+        initial.held.push_back(
+            {.point = moved.point, .displacement = moved.share * displacement, .velocity = moved.share * velocity});
+      }
+    }
   }
-  return line;
+  return initial;
 }
 
 std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contacts& contacts,
@@ -43,6 +48,43 @@ std::unique_ptr<LineContact> line_contact(FilteredStructure& line, const Contact
 }
 
 bool yields(const ModelParameters& parameters) { return parameters.is_beam() && parameters.beam.yields(); }
+
+/// What the line does when what holds it moves, by a line that is free there, which is needed no more.
+MovedPoints moved_points(MPI_Comm comm, ModelParameters parameters, std::span<const std::size_t> points) {
+  if (parameters.is_beam()) {
+    parameters.beam = released(std::move(parameters.beam), parameters.held_motion);
+  }
+  if (parameters.network) {
+    parameters.network = released(std::move(*parameters.network), parameters.held_motion);
+  }
+  const std::unique_ptr<const Structure> structure = make_structure(comm, parameters);
+  FilteredStructure line{*structure, parameters.filter};
+  return {line, points};
+}
+
+FilteredStructure& prepared(MPI_Comm comm, FilteredStructure& line, const ModelParameters& parameters,
+                            std::span<const HeldMove> moves, const std::function<void(FilteredStructure&)>& prepare) {
+  if (prepare) {
+    prepare(line);
+  }
+  const std::vector<std::size_t> held = held_points(moves);
+  if (held.empty()) {
+    return line;
+  }
+  const auto refuse = [](bool whether, const char* with) {
+    if (whether) {
+      throw InputError{std::string{"base motion place: a place that holds the structure rigidly is not allowed with "} +
+                       with + ", expected a spring or base"};
+    }
+  };
+  refuse(!parameters.filter.filtered(), "`filter frequency` none or `ts type` modal");
+  refuse(!line.corrected_modes().empty(), "corrected modes (`filter correct modes`)");
+  refuse(yields(parameters), "a beam that yields (`beam yield moment`)");
+  refuse(parameters.contact.surface == ContactSurface::line && !parameters.supports.empty(),
+         "contact on the line (`contact surface` line)");
+  line.move(moved_points(comm, parameters, held));
+  return line;
+}
 
 std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParameters& parameters) {
   if (parameters.imported) {
@@ -69,17 +111,19 @@ std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParame
 Model::Model(MPI_Comm comm, const ModelParameters& parameters, const std::function<void(FilteredStructure&)>& prepare)
     : structure{make_structure(comm, parameters)},
       line{*structure, parameters.filter},
-      loads{structure->points(), parameters.gravity, parameters.loads, parameters.base_motion,
-            parameters.travelling_loads},
-      initial{checked(structure->points(), parameters.initial)},
+      moves{held_moves(*structure, parameters.held_motion)},
+      loads{structure->points(),    parameters.gravity,          parameters.loads,
+            parameters.base_motion, parameters.travelling_loads, moves},
+      initial{checked(structure->points(), parameters.initial, moves)},
       contacts{find_contacts(structure->points(), parameters.supports)},
       contact{resolved(parameters.contact, parameters.filter)},
-      equations{prepared(line, prepare),
+      equations{prepared(comm, line, parameters, moves, prepare),
                 loads,
                 initial,
                 parameters.damping,
                 line_contact(line, contacts, contact),
                 parameters.damping_ratio,
-                yields(parameters)} {}
+                yields(parameters),
+                moves} {}
 
 }  // namespace udar

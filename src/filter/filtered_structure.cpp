@@ -180,11 +180,16 @@ void FilteredStructure::correct(std::vector<CorrectedMode> modes) {
 }
 
 void FilteredStructure::solve_filtered(std::span<const FilterColumn> columns) {
+  const std::span<const FilterColumn> at_rest = moved_.empty() ? columns : moved_.at_rest(mass().size(), columns);
   if (framed_.none()) {
-    return solve_unknowns(columns);
+    solve_unknowns(at_rest);
+  } else {
+    solve_unknowns(framed_.of_unknowns(at_rest));
+    framed_.stretches_of_points(at_rest);
   }
-  solve_unknowns(framed_.of_unknowns(columns));
-  framed_.stretches_of_points(columns);
+  if (!moved_.empty()) {
+    moved_.apply(operator_->comm(), mass().size(), operator_->internal_numbers(), columns);
+  }
 }
 
 void FilteredStructure::solve_unknowns(std::span<const FilterColumn> columns) {

@@ -277,7 +277,7 @@ void NetworkOperator::find_scale() {
 double NetworkOperator::norm() const {
   Sums sums = no_sums();
   const Nodal scales = reordered_back({scale().begin(), scale().end()});
-  visit_elements(scales.data(), scales.data() + 3 * network_->nodes(),
+  visit_elements(scales.data(), scales.data() + 3 * network_->nodes(), false,
                  [&](const Placed& placed, const FrameElement& /*element*/, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
                    const FrameElement::Matrix own = in_own_axes(placed, matrix);
@@ -378,8 +378,9 @@ void NetworkOperator::internal_of(const FilterColumn& column) {
   std::copy_n(column.displacement, points, column.internal + points);
 }
 
-/// Displacements and rotations of the junctions that members of this rank end at; what is held stays.
-void NetworkOperator::gather(const double* displacement, const double* rotation) const {
+/// Displacements and rotations of the junctions that members of this rank end at; what is held stays,
+/// unless displacements are those that its place has.
+void NetworkOperator::gather(const double* displacement, const double* rotation, bool all_move) const {
   const std::size_t numbers = 3 * network_->nodes();
   {
     const petsc::WriteArray values{all_};
@@ -390,7 +391,8 @@ void NetworkOperator::gather(const double* displacement, const double* rotation)
       std::fill_n(values.values() + numbers, numbers, 0.0);
     }
     for (const std::size_t place : held_places_) {
-      values.values()[place] = 0.0;
+      double& value = values.values()[place];
+      value = all_move && place < numbers ? value : 0.0;
     }
   }
   UDAR_CALL(VecScatterBegin(gather_, all_, of_junctions_, INSERT_VALUES, SCATTER_FORWARD));
@@ -434,7 +436,7 @@ auto NetworkOperator::straining() const {
 NetworkOperator::Nodal NetworkOperator::forces(const double* displacement, const double* rotation) const {
   Sums sums = no_sums();
   const auto strained_by = straining();
-  visit_elements(displacement, rotation,
+  visit_elements(displacement, rotation, false,
                  [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
                    const Strained strained = strained_by(placed, element, matrix, left, right);
@@ -499,8 +501,9 @@ void NetworkOperator::each_element(const Visit& visit) const {
 
 /// visit(placed, element, matrix, left, right), with what both nodes do. @param rotation null for none
 template <class Visit>
-void NetworkOperator::visit_elements(const double* displacement, const double* rotation, const Visit& visit) const {
-  gather(displacement, rotation);
+void NetworkOperator::visit_elements(const double* displacement, const double* rotation, bool all_move,
+                                     const Visit& visit) const {
+  gather(displacement, rotation, all_move);
   const petsc::ReadArray junctions{of_junctions_};
   const auto motion_of = [&](const Placed& placed, std::size_t node) {
     Motion motion{};
@@ -549,7 +552,7 @@ void NetworkOperator::internal_values(std::span<const double> internal, std::spa
   const std::size_t places = internal_places();
   std::size_t cell = 0;
   const auto strained_by = straining();
-  visit_elements(internal.data() + mass().size(), internal.data(),
+  visit_elements(internal.data() + mass().size(), internal.data(), true,
                  [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
                    std::array<double, 12> force = strained_by(placed, element, matrix, left, right).force;
@@ -574,7 +577,7 @@ double NetworkOperator::strain_energy(std::span<const double> /*displacement*/,
   const double* displacement = internal.data() + points;
   double energy = 0.0;
   const auto strained_by = straining();
-  visit_elements(displacement, internal.data(),
+  visit_elements(displacement, internal.data(), true,
                  [&](const Placed& placed, const FrameElement& element, const FrameElement::Matrix& matrix,
                      const Motion& left, const Motion& right) {
                    const Strained strained = strained_by(placed, element, matrix, left, right);

@@ -267,6 +267,13 @@ void FreeMotion::at(const Weights& weights, std::span<double> values) const {
   }
 }
 
+void FreeMotion::integrals(std::span<const double> position, double time, std::span<double> values) const {
+  at(weights(-1, time), values);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] += time * position[i];
+  }
+}
+
 double FreeMotion::amplitude(const Weights& weights, std::size_t mode) const {
   const std::size_t modes = line_->corrected_modes().size();
   double sum = 0.0;

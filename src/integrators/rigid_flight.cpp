@@ -116,6 +116,10 @@ void RigidFlight::line_integrals(double elapsed, std::span<const std::size_t> no
   });
 }
 
+void RigidFlight::mass_integrals(double elapsed, std::span<double> integrals) const {
+  motion_->integrals(position_, elapsed, integrals);
+}
+
 std::vector<double> RigidFlight::amplitude_integrals(double elapsed) const {
   std::vector<double> integrals(line_.amplitude);
   for (std::size_t mode = 0; mode < integrals.size(); ++mode) {

@@ -267,6 +267,15 @@ double StepMotion::line_integral(std::size_t node, double until) const {
   return motion.integral(theta) + pulled / wf2_;
 }
 
+double StepMotion::mass_integral(std::size_t node, double until) const {
+  const double elapsed = until - begin();
+  if (elapsed <= 0.0) {
+    return 0.0;
+  }
+  return contact_->resting(node) && plain_ ? start_.values[node] * elapsed
+                                           : polynomial(node).integral(std::min(elapsed / length(), 1.0));
+}
+
 /// In a mode wf^2 times the amplitude is f - w^2 q: the integrals of the loads, linear in a step, and of the masses.
 /// What holds the line is no load, but then the line alone pulls the masses.
 std::vector<double> StepMotion::amplitude_integrals(double until) const {

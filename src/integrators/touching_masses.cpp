@@ -87,6 +87,23 @@ void TouchingMasses::at(double tau, std::span<double> position, std::span<double
   }
 }
 
+void TouchingMasses::integrals(double tau, std::span<double> sums) const {
+  const auto integral = [&](std::size_t node, std::int32_t resting) {
+    local::Problem problem = supports_.problem(static_cast<std::uint32_t>(node), resting).problem;
+    problem.until = tau;
+    return sweep_->step * (tau * sweep_->start[node] + local::advance(problem).moments[0]);
+  };
+  for (std::size_t node = 0; node < sums.size(); ++node) {
+    sums[node] = integral(node, 0);
+  }
+  for (const auto& [set, node] : resting_) {
+    sums[node] = sweep_->step * tau * set->height(node);
+  }
+  for (const MovingMass& mass : touching_) {
+    sums[mass.node] = integral(mass.node, mass.resting);
+  }
+}
+
 void TouchingMasses::find_touching(std::size_t from, std::size_t to, std::span<const std::size_t> sets,
                                    SweepMaxima& largest) {
   for (const std::size_t index : sets) {

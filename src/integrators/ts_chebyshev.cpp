@@ -138,6 +138,9 @@ class Chebyshev final : public ProblemIntegrator {
       return position + motion_->at(sum, node) + (speed - start_[count_ + node]) / (wf_ * wf_);
     });
   }
+  void mass_integrals(double until, std::span<double> integrals) const override {
+    motion_->integrals({start_, count_}, std::clamp(until - begin_, 0.0, length_), integrals);
+  }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
     std::vector<double> integrals(equations_->line().corrected_modes().size());
     const double time = stepped_ ? std::clamp(until - begin_, 0.0, length_) : 0.0;

@@ -168,6 +168,15 @@ class Impact final : public ProblemIntegrator {
       });
     }
   }
+  void mass_integrals(double until, std::span<double> integrals) const override {
+    if (!stepped_) {
+      std::ranges::fill(integrals, 0.0);
+    } else if (flight_->flies()) {
+      flight_->mass_integrals(std::clamp(until - begin_, 0.0, length_), integrals);
+    } else {
+      touching_->integrals(std::clamp((until - begin_) / length_, 0.0, 1.0), integrals);
+    }
+  }
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
     if (flight_->flies()) {
       return flight_->amplitude_integrals(std::clamp(until - begin_, 0.0, length_));

@@ -114,6 +114,42 @@ class GaugeWriter final : public BlockWriter {
   std::vector<double> values_;  ///< of these rows, gauge by gauge; zero where the node is another rank's
 };
 
+/// Where places are that hold the structure and move, and their forces.
+class PlaceWriter final : public BlockWriter {
+ public:
+  PlaceWriter(const RunLayout& layout, const std::string& path, double interval)
+      : BlockWriter{interval},
+        comm_{layout.comm()},
+        file_{comm_, path, {.header = gauge_header(layout.places, kColumns)}, layout.earlier} {}
+
+  void save(MotionState& state) const override { file_.save(state); }
+
+ private:
+  static constexpr std::array<std::string_view, 3> kColumns{"displacement", "velocity", "force"};
+
+  void add(const Snapshot& state) override {
+    times_.push_back(state.time);
+    for (const auto& [displacement, velocity, force] : state.places) {
+      values_.insert(values_.end(), {displacement, velocity, force});
+    }
+  }
+
+  void write() override {
+    int rank = 0;
+    MPI_Comm_rank(comm_, &rank);
+    file_.append(rank == 0 ? gauge_rows(times_, values_) : "");
+    times_.clear();
+    values_.clear();
+  }
+
+  void sync() override { file_.sync(); }
+
+  MPI_Comm comm_;
+  TextFile file_;
+  std::vector<double> times_;   ///< of the rows that wait [s]
+  std::vector<double> values_;  ///< of these rows, place by place
+};
+
 class EnergyWriter final : public BlockWriter {
  public:
   EnergyWriter(const RunLayout& layout, const std::string& path, const std::shared_ptr<ResultsFile>& results,
@@ -245,6 +281,10 @@ std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std
   }
   return std::make_unique<GaugeWriter>(layout, folder + "strikers.csv", interval, of_strikers(layout),
                                        std::move(heights));
+}
+
+std::unique_ptr<Observer> make_place_writer(const RunLayout& layout, const std::string& folder, double interval) {
+  return std::make_unique<PlaceWriter>(layout, folder + "places.csv", interval);
 }
 
 std::unique_ptr<Observer> make_energy_writer(const RunLayout& layout, const std::string& folder,

@@ -37,6 +37,9 @@ class SharedResults {
 /// strikers.csv.
 [[nodiscard]] std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std::string& folder,
                                                             double interval);
+/// places.csv.
+[[nodiscard]] std::unique_ptr<Observer> make_place_writer(const RunLayout& layout, const std::string& folder,
+                                                          double interval);
 /// energy.csv and /energy.
 [[nodiscard]] std::unique_ptr<Observer> make_energy_writer(const RunLayout& layout, const std::string& folder,
                                                            const std::shared_ptr<ResultsFile>& results,

@@ -71,14 +71,16 @@ EnergyBalance::Work EnergyBalance::load_work(const DenseOutput& step, double ste
   const std::vector<double> amplitudes = step.amplitude_integrals(until);
   Work work;
   for (const LoadPattern& pattern : equations_->loads().patterns()) {
-    if (!pattern.table->steady() && !pattern.point.empty()) {
+    const bool force = pattern.cause == LoadCause::load || pattern.cause == LoadCause::base;
+    if (force && !pattern.table->steady() && !pattern.point.empty()) {
       const std::vector<double> moved = changed_by(pattern, step, step_begin, until, amplitudes);
-      double& sum = pattern.inertia ? work.base : work.loads;
+      double& sum = pattern.cause == LoadCause::base ? work.base : work.loads;
       for (std::size_t i = 0; i < moved.size(); ++i) {
         sum -= pattern.share[i] * moved[i];
       }
     }
   }
+  work.base += equations_->held().work(step, equations_->loads(), equations_->axis(), step_begin, until);
   return work;
 }
 
@@ -136,8 +138,8 @@ void EnergyBalance::end_jump(const Instant& end, const Side& before, const Side&
   double of_base = 0.0;
   for (const LoadPattern& pattern : equations_->loads().patterns()) {
     const double jump = pattern.table->at(end.time).value - pattern.table->at(end).value;
-    (pattern.inertia ? base_jumps : loads_jump) |= jump != 0.0;
-    for (std::size_t i = 0; pattern.inertia && i < pattern.point.size(); ++i) {
+    (pattern.cause == LoadCause::base ? base_jumps : loads_jump) |= jump != 0.0;
+    for (std::size_t i = 0; pattern.cause == LoadCause::base && i < pattern.point.size(); ++i) {
       const std::size_t point = pattern.point[i];
       of_base -= 0.5 * jump * pattern.share[i] * (before.place[point] + after.place[point]);
     }

@@ -22,13 +22,15 @@ constexpr double kLeastEnergy = std::numeric_limits<double>::min() / std::numeri
 }  // namespace
 
 Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping,
-                     std::unique_ptr<LineContact> contact, std::vector<double> damping_ratio, bool yields)
+                     std::unique_ptr<LineContact> contact, std::vector<double> damping_ratio, bool yields,
+                     std::vector<HeldMove> held)
     : line_{&line},
       loads_{&loads},
       damping_{damping},
       damping_ratio_{std::move(damping_ratio)},
       line_contact_{std::move(contact)},
-      hinges_{yields ? std::make_unique<HingedLine>(line, line_contact_.get()) : nullptr} {
+      hinges_{yields ? std::make_unique<HingedLine>(line, line_contact_.get()) : nullptr},
+      held_{line, std::move(held)} {
   const auto require = [](const char* quantity, double value, const char* unit) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
       throw InputError{std::string{quantity} + ": " + std::to_string(value) +
@@ -124,11 +126,11 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   const std::span<const double> mass = line_->mass();
   const std::span<const double> force = loads_->force({state.time, state.begin}, work_);
   const std::vector<double> stretch = line_stretch(state);
-  std::array<double, 7> sums{};
+  std::array<double, 8> sums{};
   for (std::size_t i = 0; i < axis_.size(); ++i) {
     sums[0] += 0.5 * mass[i] * mass_velocity[i] * mass_velocity[i];
     sums[2] += 0.5 * wf2 * mass[i] * stretch[i] * stretch[i];
-    if (!force.empty()) {
+    if (!force.empty() && loads_->is_force(i)) {
       const double line = mass_position[i] + stretch[i];
       sums[3] -= force[i] * line;
       sums[5] += std::abs(force[i]) * (std::abs(line) + std::abs(force[i]) / (wf2 * mass[i]));
@@ -136,13 +138,16 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
     displacement_[i] = mass_position[i] - axis_[i] + stretch[i];
   }
   for (const LoadPattern& pattern : loads_->patterns()) {
-    const double value = pattern.inertia ? pattern.table->at({state.time, state.begin}).value : 0.0;
+    const bool apart = pattern.cause == LoadCause::base || pattern.cause == LoadCause::spring;
+    const double value = apart ? pattern.table->at({state.time, state.begin}).value : 0.0;
     for (std::size_t i = 0; value != 0.0 && i < pattern.point.size(); ++i) {
       const std::size_t point = pattern.point[i];
-      sums[6] -= value * pattern.share[i] * (mass_position[point] + stretch[point]);
+      sums[pattern.cause == LoadCause::base ? 6 : 7] -=
+          value * pattern.share[i] * (mass_position[point] + stretch[point]);
     }
   }
-  sums[1] = line_->filter_operator().strain_energy(displacement_, state.moment) +
+  sums[1] = held_.stored({state.time, state.begin}, displacement_) +
+            line_->filter_operator().strain_energy(displacement_, state.moment) +
             (hinges_ && points().begin() == 0 ? hinges_->stored(state.rotation) : 0.0);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
@@ -150,7 +155,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
   ledger.kinetic = sums[0];
   ledger.line_strain = sums[1];
   ledger.fictitious_springs = sums[2];
-  ledger.load_potential = sums[3] - sums[6];
+  ledger.load_potential = sums[3] - sums[6] - sums[7];
   ledger.base_potential = sums[6];
   ledger.support_springs = sums[4];
   ledger.scale = kLeastShare * sums[5] + kLeastEnergy;

@@ -112,6 +112,14 @@ Cause of_loads(Equations& equations, double end) {
   const std::size_t count = times.size();
   std::vector<double> shares;  // of each pattern: all that follows its table
   for (const LoadPattern& load : loads.patterns()) {
+    if (load.cause == LoadCause::held) {  // no force: the line goes no further, and no faster
+      shares.push_back(0.0);
+      for (const double time : times) {
+        const auto [place, speed] = load.table->at(time);
+        cause.add(std::abs(place), std::abs(speed));
+      }
+      continue;
+    }
     shares.push_back(std::accumulate(load.share.begin(), load.share.end(), 0.0,
                                      [](double sum, double share) { return sum + std::abs(share); }));
   }
@@ -131,7 +139,7 @@ Cause of_loads(Equations& equations, double end) {
     std::vector<double> force(stretch.size(), 0.0);
     for (const LoadPattern& load : loads.patterns()) {
       const double value = value_of(load, times[static_cast<std::size_t>(largest - from)], blow);
-      for (std::size_t i = 0; i < load.point.size(); ++i) {
+      for (std::size_t i = 0; load.cause != LoadCause::held && i < load.point.size(); ++i) {
         force[load.point[i]] += load.share[i] * value;
       }
     }
@@ -225,7 +233,9 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   constexpr double kShape = 1e-6;  // of its length
   const double furthest = kShape / kRounding * points.largest_extent();
   const auto patterns = equations.loads().patterns();
-  const bool base_alone = !patterns.empty() && std::ranges::all_of(patterns, &LoadPattern::inertia);
+  const bool base_alone = !patterns.empty() && std::ranges::all_of(patterns, [](const LoadPattern& load) {
+    return load.cause != LoadCause::load;
+  });
   const std::array<const char*, inputs> causing{"initial height",
                                                 "initial shape",
                                                 "initial velocity",

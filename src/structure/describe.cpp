@@ -51,7 +51,9 @@ void describe(Description& all, const BeamParameters& beam) {
 }
 
 void describe(Description& all, const InitialState& initial) {
-  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, pivot, shape, parts] = initial;
+  const auto& [height, slope, velocity, angular_velocity, velocity_x, velocity_z, spin, pivot, shape, parts,
+               held_below] = initial;
+  static_cast<void>(held_below);
   static_cast<void>(velocity);
   static_cast<void>(angular_velocity);
   static_cast<void>(velocity_x);
@@ -168,6 +170,28 @@ void describe(Description& all, std::span<const BaseMotion> base) {
   all.add_all("base motion, times [s]", base, [](const BaseMotion& motion) { return motion.acceleration()->time(); });
   all.add_all("base motion, accelerations [m/s^2]", base,
               [](const BaseMotion& motion) { return motion.acceleration()->value(); });
+}
+
+void describe(Description& all, std::span<const HeldMotion> held) {
+  all.add_each("motion of places, kinds", held,
+               [](const HeldMotion& motion) { return static_cast<int>(motion.place.kind); });
+  all.add_each("motion of places, numbers", held,
+               [](const HeldMotion& motion) { return static_cast<double>(motion.place.number); });
+  all.add_each("motion of places, starts [m]", held,
+               [](const HeldMotion& motion) { return motion.motion.at(0.0).displacement; });
+  all.add_each("motion of places, speeds at the start [m/s]", held,
+               [](const HeldMotion& motion) { return motion.motion.at(0.0).velocity; });
+  all.add_each("motion of places, accuracies", held, [](const HeldMotion& motion) { return motion.accuracy; });
+  std::vector<double> directions;
+  for (const HeldMotion& motion : held) {
+    const auto& [x, y, z] = motion.motion.direction();
+    directions.insert(directions.end(), {x, y, z});
+  }
+  all.add("motion of places, directions", directions);
+  all.add_all("motion of places, times [s]", held,
+              [](const HeldMotion& motion) { return motion.motion.acceleration()->time(); });
+  all.add_all("motion of places, accelerations [m/s^2]", held,
+              [](const HeldMotion& motion) { return motion.motion.acceleration()->value(); });
 }
 
 void describe(Description& all, std::span<const Striker> strikers) {

@@ -102,6 +102,10 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
     masses.velocity[point] =
         nodes.direction(point) == Direction::other ? dot(nodes.turning(point), motion.turning()) : dot(along, velocity);
   }
+  for (const auto& [point, displacement, velocity] : initial.held) {
+    masses.position[point] += displacement;
+    masses.velocity[point] += velocity;
+  }
   masses.position.resize(points.points());
   masses.velocity.resize(points.points());
   each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {

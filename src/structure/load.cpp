@@ -19,7 +19,7 @@ namespace {
 
 /// Minus the masses along the direction in which the base moves; what is held goes with it.
 LoadPattern inertia_of(const MassPoints& points, const BaseMotion& base) {
-  LoadPattern pattern{.point = {}, .share = {}, .table = base.acceleration(), .inertia = true};
+  LoadPattern pattern{.point = {}, .share = {}, .table = base.acceleration(), .cause = LoadCause::base};
   for (std::size_t point = 0; point < points.points(); ++point) {
     const double along = dot(points.axis(point), base.direction());
     if (along != 0.0 && points.mass()[point] > 0.0 && !points.fixed(point)) {
@@ -188,13 +188,25 @@ std::vector<PointShare> dealt(const MassPoints& points, const NodalLoad& load) {
 }
 
 Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLoad>& nodal,
-             std::span<const BaseMotion> base, std::span<const TravellingLoad> travelling)
+             std::span<const BaseMotion> base, std::span<const TravellingLoad> travelling,
+             std::span<const HeldMove> held)
     : gravity_{gravity}, nodes_{points.points()} {
+  for (const HeldMove& move : held) {
+    for (const MovedPoint& moved : move.points) {
+      if (moved.held() && moved.here()) {
+        moved_.push_back(moved.point);
+      }
+    }
+  }
+  std::ranges::sort(moved_);
   if (gravity != 0.0) {
     weight_.reserve(nodes_);
     for (std::size_t point = 0; point < nodes_; ++point) {
       const double up = points.axis(point).y;
       weight_.push_back(up == 0.0 ? 0.0 : -gravity * up * points.mass()[point]);
+    }
+    for (const std::size_t point : moved_) {
+      weight_[point] = 0.0;
     }
   }
   for (const NodalLoad& load : nodal) {
@@ -223,6 +235,9 @@ Loads::Loads(const MassPoints& points, double gravity, const std::vector<NodalLo
   for (const BaseMotion& motion : base) {
     add(inertia_of(points, motion));
   }
+  for (const HeldMove& move : held) {
+    add_move(move);
+  }
   for (auto* times : {&kinks_, &jumps_}) {
     std::ranges::sort(*times);
     times->erase(std::ranges::unique(*times).begin(), times->end());
@@ -235,8 +250,36 @@ void Loads::add(LoadPattern pattern) {
   const std::vector<double> jumps = table.jumps();
   jumps_.insert(jumps_.end(), jumps.begin(), jumps.end());
   time_dependent_ = time_dependent_ || !table.steady();
+  // What holds a point takes the force on it.
+  for (std::size_t i = pattern.point.size(); pattern.cause != LoadCause::held && i-- > 0;) {
+    if (std::ranges::binary_search(moved_, pattern.point[i])) {
+      pattern.point.erase(pattern.point.begin() + static_cast<std::ptrdiff_t>(i));
+      pattern.share.erase(pattern.share.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
   loaded_ = loaded_ || !pattern.point.empty();
   patterns_.push_back(std::move(pattern));
+}
+
+/// A pattern of what is held and one of springs, if there are such.
+void Loads::add_move(const HeldMove& move) {
+  for (const LoadCause cause : {LoadCause::held, LoadCause::spring}) {
+    LoadPattern pattern{.point = {}, .share = {}, .table = move.table, .cause = cause};
+    bool any = false;
+    for (const MovedPoint& moved : move.points) {
+      if (moved.held() != (cause == LoadCause::held)) {
+        continue;
+      }
+      any = true;
+      if (moved.here()) {
+        pattern.point.push_back(moved.point);
+        pattern.share.push_back(moved.held() ? moved.share : moved.stiffness * moved.share);
+      }
+    }
+    if (any) {
+      add(std::move(pattern));
+    }
+  }
 }
 
 bool Loads::jumps_at(double time) const {

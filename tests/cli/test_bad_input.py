@@ -674,6 +674,57 @@ REFUSED = {
         {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_direction": "1,0"},
         ["-base_motion_direction", "2", "3", "x,y,z"],
     ),
+    "base_motion_of_a_place_that_is_none": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "middle"},
+        ["-base_motion_place", "middle", "base, left, right or line_support_0"],
+    ),
+    "base_motion_of_a_free_end": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left"},
+        ["-base_motion_place", "left", "nothing holds"],
+    ),
+    "base_motion_of_no_line_support": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "line_support_1",
+         "beam_line_support_position": 5},
+        ["-base_motion_place", "line_support_1", "line supports given, 1"],
+    ),
+    "base_motion_of_a_node_held_twice": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_line_support_position": 0, "beam_left_end": "pinned"},
+        ["-base_motion_place", "left", "another support"],
+    ),
+    "two_base_motions_of_one_place": (
+        {"base_motion": "table.csv,table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_left_end": "pinned"},
+        ["-base_motion_place", "two motions of one place"],
+    ),
+    "base_motion_of_two_places_one_record": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left,right"},
+        ["-base_motion_place", "2", "1", "-base_motion"],
+    ),
+    "base_motion_of_a_place_by_modes": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_left_end": "pinned", "ts_type": "modal", "filter_frequency": None},
+        ["-base_motion_place", "-ts_type modal", "spring"],
+    ),
+    "base_motion_of_a_place_and_corrected_modes": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_left_end": "pinned", "filter_correct_modes": 1},
+        ["-base_motion_place", "-filter_correct_modes", "spring"],
+    ),
+    "base_motion_of_a_place_and_contact_on_the_line": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_left_end": "pinned", "contact_surface": "line"},
+        ["-base_motion_place", "-contact_surface", "spring"],
+    ),
+    "base_motion_without_accuracy": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_accuracy": 0},
+        ["-base_motion_accuracy", "0", "> 0"],
+    ),
+    "base_motion_of_too_many_rows": (
+        {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_place": "left",
+         "beam_left_end": "pinned", "base_motion_accuracy": 1e-15},
+        ["-base_motion_accuracy", "1e-15", "rows", "1e+06"],
+    ),
     "base_motion_in_no_direction": (
         {"base_motion": "table.csv", "base_motion_kind": "velocity", "base_motion_direction": "0,0,0"},
         ["-base_motion_direction", "0", "three numbers"],

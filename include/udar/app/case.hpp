@@ -14,6 +14,7 @@
 #include "udar/io/output_choice.hpp"
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/held_motion.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
 #include "udar/structure/striker.hpp"
@@ -91,6 +92,7 @@ struct StartInput {
   std::vector<NodalLoad> loads;
   std::vector<TravellingLoad> travelling_loads;
   std::vector<BaseMotion> base_motion;
+  std::vector<HeldMotion> held_motion;
   Damping damping;
   std::vector<double> damping_ratio;
 };

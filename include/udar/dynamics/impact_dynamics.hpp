@@ -110,6 +110,7 @@ class ImpactDynamics {
     std::vector<double> internal;    ///< of the operator's internal fields, one behind the other
     std::vector<double> rotation{};  ///< plastic, of the local nodes; empty: the line stays elastic
     std::vector<double> support_impulse;
+    std::vector<PlaceState> places{};  ///< that hold the structure and move
   };
 
   [[nodiscard]] petsc::Vector place_masses(const InitialState& initial);

@@ -15,6 +15,7 @@
 #include "udar/motion/equations.hpp"
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
+#include "udar/structure/held_motion.hpp"
 #include "udar/structure/imported.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
@@ -33,6 +34,7 @@ struct ModelParameters {
   std::vector<NodalLoad> loads{};
   std::vector<TravellingLoad> travelling_loads{};
   std::vector<BaseMotion> base_motion{};  ///< added up; everything is told in the frame of the base
+  std::vector<HeldMotion> held_motion{};  ///< of places that hold the structure, relative to the base
   Damping damping{};
   std::vector<double> damping_ratio{};  ///< as `Equations`
   InitialState initial{};
@@ -55,6 +57,7 @@ struct ModelParameters {
 struct Model {
   std::unique_ptr<const Structure> structure;
   FilteredStructure line;
+  std::vector<HeldMove> moves;
   Loads loads;
   InitialState initial;
   Contacts contacts;

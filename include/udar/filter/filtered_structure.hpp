@@ -6,12 +6,14 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "udar/filter/chain_solver.hpp"
 #include "udar/filter/corrected_modes.hpp"
 #include "udar/filter/filter_column.hpp"
 #include "udar/filter/framed_columns.hpp"
+#include "udar/filter/moved_points.hpp"
 #include "udar/filter/network_solver.hpp"
 #include "udar/filter/operator.hpp"
 #include "udar/petsc/handle.hpp"
@@ -79,6 +81,12 @@ class FilteredStructure {
   void line_stretch(std::span<const double> amplitudes, std::span<double> stretch) const {
     corrected_.subtract(amplitudes, stretch);
   }
+  /// @brief From now on the force of a column at these points, which something holds, is how far that moves them [m];
+  /// what their masses do follows from it as from any move of the line. @note Not collective; as `correct`, and not
+  /// with it. From then on per batch of solves one reduction of as many numbers a column as there are points, and an
+  /// axpy for each that has moved. Source: docs/theory.md, "Motion of held places"
+  void move(MovedPoints points) { moved_ = std::move(points); }
+  [[nodiscard]] const MovedPoints& moved() const noexcept { return moved_; }
   /// No frequency of the masses on the line is higher [rad/s]: wf, or that of a corrected mode above it.
   [[nodiscard]] double frequency_bound() const noexcept {
     return std::max(parameters_.shift(), corrected_.highest_frequency());
@@ -124,6 +132,7 @@ class FilteredStructure {
   std::unique_ptr<ColumnSolver> around_;  // of columns that are not the operator's own; null: they are
   FramedColumns framed_;
   CorrectedModes corrected_;
+  MovedPoints moved_;
   petsc::Vector right_hand_side_;
   petsc::Vector unknowns_;
   petsc::Vector residual_;

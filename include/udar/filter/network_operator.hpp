@@ -96,7 +96,7 @@ class NetworkOperator final : public ScaledOperator {
   void list_held();
   void find_scale();
   void multiply(std::span<const double> x, std::span<double> y);
-  void gather(const double* displacement, const double* rotation) const;
+  void gather(const double* displacement, const double* rotation, bool all_move) const;
   [[nodiscard]] std::size_t unknown(std::size_t local, std::size_t freedom) const;
   template <class Visit>
   void each_axes(const Visit& visit) const;
@@ -116,7 +116,7 @@ class NetworkOperator final : public ScaledOperator {
   template <class Visit>
   void each_element(const Visit& visit) const;
   template <class Visit>
-  void visit_elements(const double* displacement, const double* rotation, const Visit& visit) const;
+  void visit_elements(const double* displacement, const double* rotation, bool all_move, const Visit& visit) const;
 
   const Network* network_;
   double filter_frequency_;

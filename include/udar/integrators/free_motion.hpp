@@ -74,6 +74,8 @@ class FreeMotion {
   [[nodiscard]] double at(const Weights& weights, std::size_t node) const;
   /// @brief The weighted sum at all local nodes.
   void at(const Weights& weights, std::span<double> values) const;
+  /// @brief Integrals over a time of where all local nodes are [m s]. @param position at the start [m]
+  void integrals(std::span<const double> position, double time, std::span<double> values) const;
   /// @brief What the motion adds to the stretch Yc - Ym of a resting mass, besides j0 t / wf^2; its last term is
   /// missing.
   [[nodiscard]] double stretch(const Weights& weights, std::size_t node) const;

@@ -52,6 +52,11 @@ class LocatedSteps final : public Integrator {
     std::ranges::transform(nodes, integrals.begin(),
                            [&](std::size_t node) { return motion_.line_integral(node, until); });
   }
+  void mass_integrals(double until, std::span<double> integrals) const override {
+    for (std::size_t node = 0; node < integrals.size(); ++node) {
+      integrals[node] = motion_.mass_integral(node, until);
+    }
+  }
   [[nodiscard]] EnergyFlow flow(double until) const override;
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const override {
     return motion_.amplitude_integrals(until);

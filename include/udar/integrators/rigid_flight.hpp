@@ -41,6 +41,7 @@ class RigidFlight {
   [[nodiscard]] double acceleration(double elapsed, std::size_t node) const;  ///< [m/s^2]
   /// As `DenseOutput` has them.
   void line_integrals(double elapsed, std::span<const std::size_t> nodes, std::span<double> integrals) const;
+  void mass_integrals(double elapsed, std::span<double> integrals) const;
   [[nodiscard]] std::vector<double> amplitude_integrals(double elapsed) const;
   /// @}
   /// Offers contact the smallest distances of the line from its supports.

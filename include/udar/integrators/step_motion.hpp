@@ -91,6 +91,7 @@ class StepMotion {
   void masses(double time, std::span<double> position, std::span<double> velocity,
               std::span<std::uint8_t> resting) const;
   [[nodiscard]] double line_integral(std::size_t node, double until) const;
+  [[nodiscard]] double mass_integral(std::size_t node, double until) const;
   [[nodiscard]] std::vector<double> amplitude_integrals(double until) const;  ///< @note Collective.
   /// By the masses' supports and dampers, up to a share of the step.
   [[nodiscard]] EnergyFlow flow(double theta) const;

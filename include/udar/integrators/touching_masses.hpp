@@ -42,6 +42,8 @@ class TouchingMasses {
 
   /// Where they are at a share `tau` of the accepted step. @see Integrator::masses
   void at(double tau, std::span<double> position, std::span<double> velocity, std::span<std::uint8_t> resting) const;
+  /// Integrals of where all masses are, touching or not, up to a share `tau` of the accepted step [m s].
+  void integrals(double tau, std::span<double> sums) const;
   /// Tells contact what happened in the step: the touching masses once more, now that the line's motion is final.
   void write_journal();
   /// Offers the smallest distance of the line from the supports in this step.

@@ -78,6 +78,7 @@ struct RunLayout {
   std::vector<double> gauge_position;                 ///< what was asked for [m]
   /// How high the base is [m], and how fast it rises [m/s], at a time [s]; empty: it stays where it is.
   std::function<std::array<double, 2>(double)> base = nullptr;
+  std::size_t places = 0;                    ///< that hold the structure and move, `Snapshot::places`
   std::vector<Support> supports;             ///< the floor, if any, is the last
   std::vector<double> ground_x;              ///< of the ground's profile [m]; empty: none
   std::vector<double> ground_height;         ///< as many [m]

@@ -25,6 +25,9 @@ class DenseOutput {
   /// @brief Integrals of Ym and the stretch [m s] at local nodes that have a load, from the start of the step to a time
   /// within it.
   virtual void line_integrals(std::span<const std::size_t> nodes, double until, std::span<double> integrals) const = 0;
+  /// @brief Integrals of Ym [m s] at all local points over the same time; asked for only where places that hold points
+  /// move.
+  virtual void mass_integrals(double /*until*/, std::span<double> /*integrals*/) const {}
   /// @brief Where the line is at such nodes and a time [m]; asked for only where a load jumps within a step, which
   /// those of fixed length alone do not end at.
   virtual void line_places(std::span<const std::size_t> /*nodes*/, double /*at*/, std::span<double> /*places*/) const {}

@@ -39,7 +39,7 @@ class EnergyBalance {
   /// What forces that change bring in, minus the integral of dF/dt' Yc [J], this rank's share.
   struct Work {
     double loads = 0.0;
-    double base = 0.0;  ///< by inertia forces
+    double base = 0.0;  ///< by inertia forces, and by places that hold the structure and move
   };
   /// @brief From the start of the step to a time within it. @note Collective.
   [[nodiscard]] Work load_work(const DenseOutput& step, double step_begin, double until) const;

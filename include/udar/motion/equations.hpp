@@ -9,6 +9,7 @@
 #include "udar/contact/hinged_line.hpp"
 #include "udar/contact/line_contact.hpp"
 #include "udar/filter/filtered_structure.hpp"
+#include "udar/motion/held_places.hpp"
 #include "udar/motion/observer.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
@@ -47,11 +48,12 @@ struct Damping {
 class Equations {
  public:
   /// @param contact supports that hold the line; null: nothing does @param yields whether it has plastic hinges
+  /// @param held what holds it and moves; `line` knows of what is held rigidly
   /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
   /// a line in contact
   Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
-            std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {},
-            bool yields = false);
+            std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {}, bool yields = false,
+            std::vector<HeldMove> held = {});
 
   [[nodiscard]] const Damping& damping() const noexcept { return damping_; }
   /// Besides, of each flexible mode, the last of all that follow; empty: none.
@@ -59,6 +61,8 @@ class Equations {
 
   /// Null where nothing holds the line.
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
+  /// What holds it and moves.
+  [[nodiscard]] const HeldPlaces& held() const noexcept { return held_; }
   /// Null where the line stays elastic.
   [[nodiscard]] HingedLine* hinges() const noexcept { return hinges_.get(); }
   /// Whether the masses are on filter springs, not those of the line itself.
@@ -88,7 +92,7 @@ class Equations {
   /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line. The
   /// scale of the ledger is what rounding alone lets one judge by; its other entries are left at zero.
   /// @param state with moment
-  /// @note Collective: one reduction of seven numbers.
+  /// @note Collective: one reduction of eight numbers.
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 
@@ -105,6 +109,7 @@ class Equations {
   std::vector<double> damping_ratio_;
   std::unique_ptr<LineContact> line_contact_;
   std::unique_ptr<HingedLine> hinges_;
+  HeldPlaces held_;
   std::vector<double> axis_;          // reference axis at the local nodes
   std::vector<double> displacement_;  // work: Ym minus axis, or a velocity
   std::vector<double> work_;          // loads, if they must be added up

@@ -82,12 +82,20 @@ inline constexpr FieldInfo kTouchedField{.name = "touched", .unit = "1", .body =
 /// @brief 1 where the mass rests on a support, or the line presses on one; the last of the fields.
 inline constexpr FieldInfo kRestingField{.name = "resting", .unit = "1", .body = Body::masses, .flag = true};
 
+/// @brief A place that holds the structure and moves, at one time.
+struct PlaceState {
+  double displacement = 0.0;  ///< along its motion [m]
+  double velocity = 0.0;      ///< [m/s]
+  double force = 0.0;         ///< of it on the structure along its motion [N]
+};
+
 /// @brief The state at one time; the spans hold this rank's points in order and live only during the call.
 struct Snapshot {
   double time = 0.0;                        ///< [s]
   std::span<const Field> fields;            ///< the same in the same order in every snapshot of a run
   EnergyLedger energy;                      ///< [J], whole structure
   std::span<const double> support_impulse;  ///< of each support on the masses since t = 0 [N s], y up, all ranks
+  std::span<const PlaceState> places{};     ///< that hold the structure and move, in the order of their motions
   ContactZone zone{};                       ///< since the listener's last snapshot, this rank's masses
 
   /// @brief A field by its name: "mass_position", "moment", ... @throws std::out_of_range if there is none

@@ -7,6 +7,7 @@
 #include "udar/structure/base_motion.hpp"
 #include "udar/structure/beam_chain.hpp"
 #include "udar/structure/description.hpp"
+#include "udar/structure/held_motion.hpp"
 #include "udar/structure/initial_state.hpp"
 #include "udar/structure/load.hpp"
 #include "udar/structure/striker.hpp"
@@ -20,6 +21,7 @@ void describe(Description& all, const BeamParameters& beam);
 void describe(Description& all, const InitialState& initial);
 void describe(Description& all, std::span<const NodalLoad> loads);
 void describe(Description& all, std::span<const BaseMotion> base);
+void describe(Description& all, std::span<const HeldMotion> held);
 void describe(Description& all, std::span<const Striker> strikers);
 void describe(Description& all, std::span<const NodePair> pairs);
 void describe(Description& all, std::span<const TravellingLoad> loads);

@@ -2,6 +2,7 @@
 /// @file
 /// How the beam starts.
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -9,7 +10,7 @@
 
 namespace udar {
 
-/// @brief The reference axis and the motion at t = 0; fixed points start at rest on the axis.
+/// @brief The reference axis and the motion at t = 0; fixed points start at rest on the axis, unless they are moved.
 struct InitialState {
   double height = 0.0;            ///< of the axis at mid-length above y = 0 [m]
   double slope = 0.0;             ///< of the axis [-]
@@ -34,6 +35,13 @@ struct InitialState {
     Place velocity{};
   };
   std::vector<Part> parts{};
+  /// A local point that something holds and moves, from the axis and from rest.
+  struct Held {
+    std::size_t point;
+    double displacement;  ///< [m]
+    double velocity;      ///< [m/s]
+  };
+  std::vector<Held> held{};
 
   [[nodiscard]] bool spins() const noexcept { return spin.x != 0.0 || spin.y != 0.0 || spin.z != 0.0; }
   /// Height of the reference axis at x, over where the structure stands in its own axes [m].

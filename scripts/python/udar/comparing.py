@@ -112,12 +112,14 @@ class Comparison:
 
 
 def curves_of(files: RunFiles) -> dict[str, Curve]:
-    """All curves of a run by column: gauges, forces and impulses of supports, energies, `strikers.position_0` ..."""
+    """All curves of a run by column: gauges, forces and impulses of supports, energies, `strikers.position_0`,
+    `places.force_0` ..."""
     with files.results() as file:
         gauges, contact = len(file["gauge_node"]), files.contact(file)
     tables = {"": files.table("gauges", ["time"])} if gauges else {}
-    if (files.folder / "strikers.csv").exists():
-        tables["strikers."] = files.table("strikers", ["time"])
+    for name in ("strikers", "places"):
+        if (files.folder / f"{name}.csv").exists():
+            tables[f"{name}."] = files.table(name, ["time"])
     curves = {before + name: Curve(unit_of(name), table["time"], values)
               for before, table in tables.items() for name, values in table.items() if name != "time"}
     for kind in ("force", "impulse") if contact is not None else ():

@@ -14,9 +14,9 @@ ENERGIES = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "s
             "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "lost_in_hinges",
             "total")
 UNITS = {**dict.fromkeys(ENERGIES, "J"), "energy_loss": "J", "time": "s", "last_time": "s", "x": "m", "x_min": "m",
-         "x_max": "m", "mass": "m", "line": "m", "position": "m", "velocity": "m/s", "velocity_before": "m/s",
-         "velocity_after": "m/s", "speed_max": "m/s", "force": "N", "impulse": "N s", "moment_min": "N m",
-         "moment_max": "N m", "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}  # of columns; of others 1
+         "x_max": "m", "mass": "m", "line": "m", "displacement": "m", "position": "m", "velocity": "m/s",
+         "velocity_before": "m/s", "velocity_after": "m/s", "speed_max": "m/s", "force": "N", "impulse": "N s",
+         "moment_min": "N m", "moment_max": "N m", "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}  # of columns; of others 1
 
 
 def unit_of(column):

@@ -86,6 +86,12 @@ class Results:
         return frame(self._files.table("strikers", ["time"]))
 
     @functools.cached_property
+    def places(self) -> "pandas.DataFrame":
+        """places.csv: `time` [s], and of place k, which holds the structure and moves, `displacement_k` [m],
+        `velocity_k` [m/s], `force_k` [N]; UserError without."""
+        return frame(self._files.table("places", ["time"]))
+
+    @functools.cached_property
     def energy(self) -> "pandas.DataFrame":
         """energy.csv: `time` [s], energies [J], `drift` [1] of their total."""
         return frame(self._files.table("energy", ["time"]))

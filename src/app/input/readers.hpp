@@ -77,7 +77,12 @@ void require_ascending(const char* option, const std::string& path, const Number
 /// @param network whose junctions they may be at; its laws have no tables yet
 [[nodiscard]] std::vector<NodalLoad> read_loads(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 [[nodiscard]] std::vector<TravellingLoad> read_travelling_loads(MPI_Comm comm);
-[[nodiscard]] std::vector<BaseMotion> read_base_motion(MPI_Comm comm);
+/// @brief Motions of the whole base, and of single places that hold the structure.
+struct BaseInput {
+  std::vector<BaseMotion> base;
+  std::vector<HeldMotion> held;
+};
+[[nodiscard]] BaseInput read_base_motion(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 /// @param network whose nodes boxes are beside
 [[nodiscard]] ContactInput read_contact(MPI_Comm comm, const std::optional<NetworkParameters>& network);
 /// Strikers, and a support for each that is its face.
