@@ -165,9 +165,9 @@ io::RunLayout make_layout(const Case& input, const FilteredStructure& line, cons
   }
   for (const Place& gauge : input.gauges) {
     require_on("gauge position", gauge.x, points.extent());
-    layout.gauge_node.push_back(points.nearest(gauge));
-    layout.gauge_height.push_back(points.height_of(layout.gauge_node.back()));
-    layout.gauge_position.push_back(gauge.x);
+    layout.gauges.node.push_back(points.nearest(gauge));
+    layout.gauges.height.push_back(points.height_of(layout.gauges.node.back()));
+    layout.gauges.position.push_back(gauge.x);
   }
   if (!input.base_motion.empty()) {
     layout.base = [motions = input.base_motion](double time) {

@@ -241,11 +241,9 @@ void ImpactDynamics::emit_snapshots(double until) {
     fill(row, within, until);
     row.touched = row.resting;  // before the first row
     const std::vector<Field> fields = fields_of(row);
-    Snapshot snapshot{.time = last_row_time_,
-                      .fields = fields,
-                      .energy = balance_.ledger(),
-                      .support_impulse = row.support_impulse,
-                      .places = row.places};
+    Snapshot snapshot{
+        .time = last_row_time_, .fields = fields, .energy = balance_.ledger(), .support_impulse = row.support_impulse};
+    snapshot.places = row.places;
     schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting, row.touched); });
   }
 }

@@ -258,12 +258,12 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
   add_nodes(file, layout);
   add_held(file, layout);
   add_cells(file, layout);
-  file.add_small("/gauge_node", layout.numbers_of(layout.gauge_node));
+  file.add_small("/gauge_node", layout.numbers_of(layout.gauges.node));
   add_units(file, "/gauge_node", "1");
-  file.add_small("/gauge_position", layout.gauge_position);
+  file.add_small("/gauge_position", layout.gauges.position);
   add_units(file, "/gauge_position", "m");
   if (!layout.rows->all()) {  // their nodes need have no rows
-    file.add_small("/gauge_place", layout.places_of(layout.gauge_node));
+    file.add_small("/gauge_place", layout.places_of(layout.gauges.node));
     add_units(file, "/gauge_place", "m");
   }
 

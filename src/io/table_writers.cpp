@@ -269,7 +269,8 @@ class ContactWriter final : public BlockWriter {
 }  // namespace
 
 std::unique_ptr<Observer> make_gauge_writer(const RunLayout& layout, const std::string& folder, double interval) {
-  return std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval, of_gauges(layout), layout.gauge_height);
+  return std::make_unique<GaugeWriter>(layout, folder + "gauges.csv", interval, of_gauges(layout),
+                                       layout.gauges.height);
 }
 
 std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std::string& folder, double interval) {

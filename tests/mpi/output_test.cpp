@@ -163,9 +163,9 @@ RunLayout layout_of(PetscInt nodes) {
   layout.fields = fields_of_a_beam();
   const std::vector<double> unknown(table.mass.size(), std::numeric_limits<double>::quiet_NaN());
   layout.peaks = {{"stress", "Pa", "moment", unknown}, {"utilisation", "1", "moment", unknown}};
-  layout.gauge_node = {nodes - 1, 0};
-  layout.gauge_height = {{{nodes - 1, 1.0}}, {{0, 1.0}}};
-  layout.gauge_position = {0.5 * static_cast<double>(nodes), 0.1};
+  layout.gauges.node = {nodes - 1, 0};
+  layout.gauges.height = {{{nodes - 1, 1.0}}, {{0, 1.0}}};
+  layout.gauges.position = {0.5 * static_cast<double>(nodes), 0.1};
   layout.supports = {{1.0, 0.2, -0.1, 0.5, 1}, {2.0, 0.0, 0.3, 0.25, -1}};
   layout.filter_frequency = 1000.0;
   layout.options_text = "-beam_elements 9\n-filter_frequency 1000\n";
@@ -419,9 +419,9 @@ TEST(RunWriters, DescribeTheRunInTheResultsFile) {
 TEST(RunWriters, NeedNoGaugesAndNoSupports) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(4);
-  layout.gauge_node.clear();
-  layout.gauge_height.clear();
-  layout.gauge_position.clear();
+  layout.gauges.node.clear();
+  layout.gauges.height.clear();
+  layout.gauges.position.clear();
   layout.supports.clear();
   layout.options_text.clear();
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
@@ -656,9 +656,9 @@ TEST(RunWriters, ShowTheFirstRowsOfTheTablesAtOnce) {
 TEST(RunWriters, WriteNumbersThatReadBackToTheSameDouble) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(1);
-  layout.gauge_node = {0};
-  layout.gauge_height = {{{0, 1.0}}};
-  layout.gauge_position = {0.0};
+  layout.gauges.node = {0};
+  layout.gauges.height = {{{0, 1.0}}};
+  layout.gauges.position = {0.0};
   const Writers writers = make_run_writers(layout, folder.path(), 0.1, 0.0);
   const double third = 1.0 / 3.0;
   const double huge = 1.2345678901234567e+300;
@@ -1013,9 +1013,9 @@ TEST(Structures, OfAnyShapeAreWrittenInTheUsersNumbers) {
   }
   RunLayout layout{points, topology};
   layout.fields = {kMotionFields[2]};
-  layout.gauge_node = {1};
-  layout.gauge_height = {{{1, 1.0}}};
-  layout.gauge_position = {2.0};
+  layout.gauges.node = {1};
+  layout.gauges.height = {{{1, 1.0}}};
+  layout.gauges.position = {2.0};
   {
     const Writers writers = make_run_writers(layout, folder.path(), kInterval, kInterval);
     const std::vector<Field> shown{{layout.fields[0], std::span<const double>{position}}};
@@ -1108,9 +1108,9 @@ TEST(Structures, NodesOfSeveralPointsHaveVectors) {
   layout.fields = {kMotionFields.begin(), kMotionFields.end()};
   layout.fields.push_back({.name = "tension", .unit = "N", .where = Where::cells, .extremes = true});
   layout.fields.push_back(kRestingField);
-  layout.gauge_node = {0};
-  layout.gauge_height = {{{0, 1.0}}};
-  layout.gauge_position = {0.0};
+  layout.gauges.node = {0};
+  layout.gauges.height = {{{0, 1.0}}};
+  layout.gauges.position = {0.0};
   layout.supports = {{1.0, 0.0, -0.5, 0.5, 1}, {1.0, 1.0, -0.25, 0.5, 1}};
   MotionState kept;
   {
@@ -1312,9 +1312,9 @@ TEST(FullDisk, IsReportedByAllRanksAndLeavesTheRowsBefore) {
 TEST(FullDisk, LeavesOnlyWholeRowsInTheTables) {
   const TemporaryFolder folder;
   RunLayout layout = layout_of(10);
-  layout.gauge_node.assign(100, 3);
-  layout.gauge_height.assign(100, {{3, 1.0}});
-  layout.gauge_position.assign(100, 1.5);
+  layout.gauges.node.assign(100, 3);
+  layout.gauges.height.assign(100, {{3, 1.0}});
+  layout.gauges.position.assign(100, 1.5);
   const Writers writers = make_run_writers(layout, folder.path(), kInterval, 0.0);
   const std::unique_ptr<Observer>& gauges = writers.front();
   const FileSizeLimit limit{100000};

@@ -60,6 +60,13 @@ struct RunLayout {
     /// @}
   };
 
+  /// @brief Of each gauge.
+  struct Gauges {
+    std::vector<PetscInt> node{};                   ///< global point
+    std::vector<std::vector<PointShare>> height{};  ///< what it reads
+    std::vector<double> position{};                 ///< what was asked for [m]
+  };
+
   /// @param of         borrowed; must outlive the writers
   /// @param topology_of them @param choice which of them have rows @note Collective.
   /// @throws InputError if none has
@@ -72,10 +79,8 @@ struct RunLayout {
   std::shared_ptr<const FileRows> rows;  ///< from this rank's points and cells to rows of the files
   std::vector<FieldInfo> fields;         ///< of the snapshots, in their order
   ContentChoice content{};
-  std::vector<ScaledPeak> peaks;                      ///< made of their extremes
-  std::vector<PetscInt> gauge_node;                   ///< global point of each gauge
-  std::vector<std::vector<PointShare>> gauge_height;  ///< what it reads
-  std::vector<double> gauge_position;                 ///< what was asked for [m]
+  std::vector<ScaledPeak> peaks;  ///< made of their extremes
+  Gauges gauges{};
   /// How high the base is [m], and how fast it rises [m/s], at a time [s]; empty: it stays where it is.
   std::function<std::array<double, 2>(double)> base = nullptr;
   std::size_t places = 0;                    ///< that hold the structure and move, `Snapshot::places`

@@ -13,10 +13,11 @@ from .tools import UserError, first_line, read_csv
 ENERGIES = ("kinetic", "line_strain", "fictitious_springs", "load_potential", "support_springs", "load_work",
             "support_work", "base_work", "lost_in_impacts", "lost_in_dampers", "radiated", "lost_in_hinges",
             "total")
+# Of columns; of others 1.
 UNITS = {**dict.fromkeys(ENERGIES, "J"), "energy_loss": "J", "time": "s", "last_time": "s", "x": "m", "x_min": "m",
          "x_max": "m", "mass": "m", "line": "m", "displacement": "m", "position": "m", "velocity": "m/s",
          "velocity_before": "m/s", "velocity_after": "m/s", "speed_max": "m/s", "force": "N", "impulse": "N s",
-         "moment_min": "N m", "moment_max": "N m", "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}  # of columns; of others 1
+         "moment_min": "N m", "moment_max": "N m", "shear_min": "N", "shear_max": "N", "stress_max": "Pa"}
 
 
 def unit_of(column):
