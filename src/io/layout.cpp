@@ -41,15 +41,15 @@ std::vector<FileField> RunLayout::fields_in_pictures() const {
 }
 
 std::vector<double> RunLayout::places_of(std::span<const PetscInt> global) const {
-  std::vector<double> places(3 * global.size(), 0.0);
+  std::vector<double> found(3 * global.size(), 0.0);
   for (std::size_t i = 0; i < global.size(); ++i) {
     if (points->owns(global[i])) {
       const auto [x, y, z] = points->place(static_cast<std::size_t>(global[i] - points->begin()));
-      std::ranges::copy(std::array{x, y, z}, places.begin() + static_cast<std::ptrdiff_t>(3 * i));
+      std::ranges::copy(std::array{x, y, z}, found.begin() + static_cast<std::ptrdiff_t>(3 * i));
     }
   }
-  MPI_Allreduce(MPI_IN_PLACE, places.data(), static_cast<int>(places.size()), MPI_DOUBLE, MPI_SUM, points->comm());
-  return places;
+  MPI_Allreduce(MPI_IN_PLACE, found.data(), static_cast<int>(found.size()), MPI_DOUBLE, MPI_SUM, points->comm());
+  return found;
 }
 
 std::vector<std::int64_t> RunLayout::numbers_of(std::span<const PetscInt> global) const {

@@ -215,7 +215,9 @@ class State {
     shown_ = fields_and_flags({fields_[0], fields_[1], fields_[2], fields_[3], fields_[2]}, resting_);
     energy_ = {.kinetic = 2.0 + row, .load_potential = -1.0, .lost_in_impacts = 0.25, .initial = 1.0, .scale = 2.0};
   }
-  [[nodiscard]] Snapshot snapshot() const { return {time_, shown_, energy_, support_impulse_, zone_}; }
+  [[nodiscard]] Snapshot snapshot() const {
+    return {.time = time_, .fields = shown_, .energy = energy_, .support_impulse = support_impulse_, .zone = zone_};
+  }
 
  private:
   double time_;
