@@ -393,10 +393,6 @@ VtkHdfFile::VtkHdfFile(const RunLayout& layout, std::string path, std::string re
 /// Supports hold what is above or below them whatever its z: a point is then a line, a line a closed one.
 void VtkHdfFile::place_supports(const RunLayout& layout, const Region& around) {
   const udar::Extent ends{.from = around.from.x, .to = around.to.x};
-  const RunLayout::Support* floor = nullptr;  // the last, but for faces of strikers and pairs
-  for (const RunLayout::Support& support : layout.supports) {
-    floor = support.striker < 0 && support.pair < 0 ? &support : floor;
-  }
   for (const RunLayout::Support& support : layout.supports) {
     const std::vector<double>& space = support.space;
     if (support.field) {
@@ -421,7 +417,7 @@ void VtkHdfFile::place_supports(const RunLayout& layout, const Region& around) {
     }
     const udar::Extent across{.from = space.empty() ? around.from.z : std::max(around.from.z, space[5]),
                               .to = space.empty() ? around.to.z : std::min(around.to.z, space[6])};
-    const bool ground = !layout.ground_x.empty() && &support == floor;
+    const bool ground = !layout.ground_x.empty() && &support == &layout.supports.back();
     std::vector<double> x{support.position};
     std::vector<double> height;
     if (ground) {

@@ -8,11 +8,9 @@ import re
 import subprocess
 import unittest
 
-import h5py
 import numpy as np
 
 from common import UdarTest, case, datasets, read_csv
-from udar.results import read_supports
 
 DATA = pathlib.Path(__file__).resolve().parents[1] / "verification" / "data"
 RANKS = int(os.environ.get("UDAR_RANKS", "1"))
@@ -184,17 +182,6 @@ class Strikers(UdarTest):
                                capture_output=True, text=True, check=True)
         self.assertNotIn("Warning", drawn.stderr)
         self.assertIn("striker", (self.scratch / "plots" / "gauges.svg").read_text())
-
-    def test_pictures_keep_the_ground_where_a_striker_is(self):
-        (self.scratch / "hills.csv").write_text("0,-1\n4,-0.7\n10,-1\n")
-        done = self.struck("ground", ground_profile=self.scratch / "hills.csv", ts_max_time=0.02)
-        hills = [[0, -1], [4, -0.7], [10, -1]]
-        with h5py.File(done.file("results.vtkhdf")) as file:
-            np.testing.assert_allclose(file["VTKHDF/Supports/points"][:3, :2], hills, atol=1e-12)
-        with h5py.File(done.file("results.h5")) as file:
-            ground, striker = read_supports(file, file["x"][()])
-        np.testing.assert_allclose(np.column_stack([ground.x, ground.face]), hills, atol=1e-12)
-        self.assertEqual(striker.striker, 0)
 
     def test_integrators_agree(self):
         runs = [self.struck(name, ts_type=name, ts_rtol=rtol, ts_max_time=0.1, striker_restitution=0.5)

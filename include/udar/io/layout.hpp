@@ -84,7 +84,7 @@ struct RunLayout {
   /// How high the base is [m], and how fast it rises [m/s], at a time [s]; empty: it stays where it is.
   std::function<std::array<double, 2>(double)> base = nullptr;
   std::size_t places = 0;                    ///< that hold the structure and move, `Snapshot::places`
-  std::vector<Support> supports;             ///< the floor, if any, is the last but for faces of strikers and pairs
+  std::vector<Support> supports;             ///< the floor, if any, is the last
   std::vector<double> ground_x;              ///< of the ground's profile [m]; empty: none
   std::vector<double> ground_height;         ///< as many [m]
   std::optional<double> filter_frequency{};  ///< [rad/s]; none: modes alone move

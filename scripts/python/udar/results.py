@@ -173,7 +173,6 @@ def read_supports(file, x):
     strikers = np.atleast_1d(file["support_striker"][()]) if "support_striker" in file else np.full(len(columns[0]), -1)
     pairs = np.atleast_1d(file["support_pair"][()]) if "support_pair" in file else np.full(len(columns[0]), -1)
     ground = [np.atleast_1d(file[name][()]) for name in ("ground_x", "ground_height")] if "ground_x" in file else None
-    floor = np.flatnonzero((strikers < 0) & (pairs < 0))[-1:]  # the last of what is no face of a striker or pair
     supports = []
     normals = (np.column_stack([file[f"support_normal_{axis}"][()] for axis in "xyz"])
                if "support_normal_x" in file else np.tile([0.0, 1.0, 0.0], (len(columns[0]), 1)))
@@ -208,7 +207,7 @@ def read_supports(file, x):
         name = f"floor{where}" if is_floor else f"support {number}{where}, x = {with_unit(position, 'm')}"
         outline = np.array([low, high] if high > low else [position])
         face = np.full(len(outline), height)
-        if is_floor and ground and number in floor:
+        if is_floor and ground and number == len(columns[0]) - 1:
             outline = np.unique(np.concatenate([outline, ground[0][(ground[0] > low) & (ground[0] < high)]]))
             face = np.interp(outline, *ground)
         supports.append(Support(name, low, high, position, height, side, is_floor, outline, face, box=box))
