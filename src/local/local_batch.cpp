@@ -222,10 +222,7 @@ struct Side {
       Mask hit_again;
       find_zero(gap.data(), powers - 1, left, hit & ~rests, again, hit_again, unknown);
       simple &= ~(hit_again | unknown);
-      std::array<Pack, kMostTerms> more;
-      for (std::size_t j = 0; j < terms; ++j) {
-        more[j] = Pack{};
-      }
+      std::array<Pack, kMostTerms> more{};
       add_moments(second.data(), powers, tau, left, terms, more.data());
       for (std::size_t j = 0; j < terms; ++j) {
         moments[j] = hit ? moments[j] + more[j] : moments[j];

@@ -31,7 +31,7 @@ int lanes_allowed() {
 }  // namespace
 
 namespace detail {
-const int native_lanes = std::min(lanes_of_processor(), lanes_allowed());
+const int kNativeLanes = std::min(lanes_of_processor(), lanes_allowed());
 }
 
 }  // namespace udar::wide

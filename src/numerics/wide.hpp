@@ -6,10 +6,16 @@
 #include <cstddef>
 #include <utility>
 
+#include "numerics/clones.hpp"
+
 #if defined(__x86_64__)
 #define UDAR_TARGET(features) __attribute__((target(features)))
 #else
 #define UDAR_TARGET(features)
+#endif
+// Sanitizers make these functions large: minutes each for every width. All run the same source.
+#if defined(__SANITIZE_ADDRESS__) || UDAR_HAS_FEATURE(address_sanitizer)
+#define UDAR_ONE_WIDTH
 #endif
 // What is inlined into a function compiled for one kind of processor is compiled for it too.
 #define UDAR_INLINE [[gnu::always_inline]] inline
@@ -53,6 +59,7 @@ UDAR_INLINE void unrolled(const Each& each) {
   }(std::make_index_sequence<Count>{});
 }
 
+// NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
 /// Rows of W packs become columns.
 template <std::size_t W>
 UDAR_INLINE void transpose(Pack<W>* r) {
@@ -90,12 +97,13 @@ UDAR_INLINE void transpose(Pack<W>* r) {
     r[1] = __builtin_shufflevector(first, r[1], 1, 3);
   }
 }
+// NOLINTEND(cppcoreguidelines-pro-type-member-init)
 
 namespace detail {
-extern const int native_lanes;
+extern const int kNativeLanes;
 }
 /// Numbers in a register of this processor: 8, 4 or 2, and no more than `UDAR_LANES` of the environment says.
-[[nodiscard]] inline int native() { return detail::native_lanes; }
+[[nodiscard]] inline int native() { return detail::kNativeLanes; }
 
 template <class Run>
 UDAR_TARGET("avx512f,avx512dq,avx512vl,fma")
@@ -112,6 +120,9 @@ void run_4(const Run& run) {
 /// lambda, `[&]<std::size_t W>() __attribute__((always_inline))`, of functions that are `UDAR_INLINE`
 template <class Run>
 void run(const Run& run) {
+#ifdef UDAR_ONE_WIDTH
+  run.template operator()<4>();
+#else
   switch (native()) {
     case 8:
       return run_8(run);
@@ -120,6 +131,7 @@ void run(const Run& run) {
     default:
       return run.template operator()<2>();
   }
+#endif
 }
 
 }  // namespace udar::wide
