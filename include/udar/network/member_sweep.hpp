@@ -75,27 +75,27 @@ struct Bounds {
 };
 
 /// @brief What masses and forces of a pack's inner nodes show at its ends, seen from masses that stand still.
-void condense(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
+void condense(const MemberTables& tables, const Placement& frame, const Sweep& sweep, Condensed& condensed);
 
 /// @brief Adds what members push their junctions with.
-void push_junctions(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
+void push_junctions(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Condensed& condensed);
 
 /// @brief What their ends know when the junctions are known.
-void find_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed,
+void find_bounds(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Condensed& condensed,
                  Bounds& bounds);
 
 /// @brief Solves inside a pack.
-void resolve(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds);
+void resolve(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Bounds& bounds);
 
 /// @name The same of rotations about the axis with rotary inertia, each after its counterpart.
 /// @{
-void condense_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
+void condense_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, Condensed& condensed);
 /// @brief Between `condense` and `push_junctions`, of what ends at junctions: rotations there count from the masses'.
-void turn_ends(const MemberTables& tables, const Placement& pack, const Sweep& sweep, Condensed& condensed);
-void push_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Condensed& condensed);
-void find_turning_bounds(const MemberTables& tables, const Placement& pack, const Sweep& sweep,
+void turn_ends(const MemberTables& tables, const Placement& frame, const Sweep& sweep, Condensed& condensed);
+void push_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Condensed& condensed);
+void find_turning_bounds(const MemberTables& tables, const Placement& frame, const Sweep& sweep,
                          const Condensed& condensed, Bounds& bounds);
-void resolve_turning(const MemberTables& tables, const Placement& pack, const Sweep& sweep, const Bounds& bounds);
+void resolve_turning(const MemberTables& tables, const Placement& frame, const Sweep& sweep, const Bounds& bounds);
 /// @}
 
 }  // namespace udar::network
