@@ -1,36 +1,15 @@
 #include "udar/filter/moved_points.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "udar/filter/filtered_structure.hpp"
+#include "udar/numerics/positive_inverse.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/held_motion.hpp"
 
 namespace udar {
 namespace {
-
-/// Of a symmetric positive definite matrix, by Gauss and Jordan. @param matrix by rows, of `size` squared
-std::vector<double> inverse_of(std::vector<double> matrix, std::size_t size) {
-  for (std::size_t pivot = 0; pivot < size; ++pivot) {
-    const double by = matrix[pivot * size + pivot];
-    if (!(by > 0.0)) {
-      throw SolveError{"places that move by themselves depend on each other: one of them cannot move alone"};
-    }
-    for (std::size_t row = 0; row < size; ++row) {
-      const double factor = matrix[row * size + pivot] / by;
-      for (std::size_t column = 0; column < size && row != pivot; ++column) {
-        matrix[row * size + column] -= column == pivot ? 0.0 : factor * matrix[pivot * size + column];
-      }
-      matrix[row * size + pivot] = row == pivot ? 1.0 / by : -factor;
-    }
-    for (std::size_t column = 0; column < size; ++column) {
-      matrix[pivot * size + column] *= column == pivot ? 1.0 : 1.0 / by;
-    }
-  }
-  return matrix;
-}
 
 /// Sums of others' arrays. @param share of each
 std::vector<double> combined(const std::vector<std::vector<double>>& arrays, std::span<const double> share) {
@@ -66,7 +45,10 @@ MovedPoints::MovedPoints(FilteredStructure& released, std::span<const std::size_
   }
   MPI_Allreduce(MPI_IN_PLACE, compliance.data(), static_cast<int>(compliance.size()), MPI_DOUBLE, MPI_SUM,
                 released.points().comm());
-  stiffness_ = inverse_of(std::move(compliance), size);
+  stiffness_ = std::move(compliance);
+  if (!invert_positive(stiffness_, size)) {
+    throw SolveError{"places that move by themselves depend on each other: one of them cannot move alone"};
+  }
   for (std::size_t k = 0; k < size; ++k) {
     const bool here = points[k] != MovedPoint::kElsewhere;
     const std::span<const double> share = std::span{stiffness_}.subspan(k * size, size);

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 
-extern "C" {  // NOLINTBEGIN(readability-identifier-naming): Fortran names
-void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-void dpotri_(const char* uplo, const int* n, double* a, const int* lda, int* info);
-}  // NOLINTEND(readability-identifier-naming)
+#include "udar/numerics/positive_inverse.hpp"
 
 namespace udar {
 
@@ -87,27 +84,15 @@ bool NetworkInterface::invert(std::span<const double> schur) {
   const bool inverts = network_->rank() == 0;
   const auto size = static_cast<int>(rows * rows);
   MPI_Reduce(inverts ? MPI_IN_PLACE : sum.data(), sum.data(), size, MPI_DOUBLE, MPI_SUM, 0, network_->comm());
-  int info = 0;
-  if (inverts) {
-    const auto n = static_cast<int>(rows);
-    dpotrf_("L", &n, sum.data(), &n, &info);
-    if (info == 0) {
-      dpotri_("L", &n, sum.data(), &n, &info);
-    }
-    for (std::size_t i = 0; i < rows; ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        sum[i * rows + k] = sum[k * rows + i];
-      }
-    }
-  }
-  MPI_Bcast(&info, 1, MPI_INT, 0, network_->comm());
+  int positive = inverts && invert_positive(sum, rows) ? 1 : 0;
+  MPI_Bcast(&positive, 1, MPI_INT, 0, network_->comm());
   MPI_Bcast(sum.data(), size, MPI_DOUBLE, 0, network_->comm());
   for (std::size_t i = 0; i < own; ++i) {  // rows ascend
     std::copy_n(sum.begin() + static_cast<std::ptrdiff_t>(row_of(i) * rows), rows,
                 sum.begin() + static_cast<std::ptrdiff_t>(i * rows));
   }
   inverse_ = network::DenseRows{own, rows, std::span{sum}.first(own * rows)};
-  return info == 0;
+  return positive != 0;
 }
 
 /// All ranks' numbers into `gathered_`, `width` a junction.

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <string>
 
+#include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
 #include "udar/structure/junction_rotations.hpp"
 
@@ -18,8 +19,6 @@ using Real = long double;
 using LongMatrix3 = std::array<std::array<Real, 3>, 3>;
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-
-std::array<double, 3> triple(const Place& place) { return {place.x, place.y, place.z}; }
 
 /// From values of a junction, displacement and rotation in global axes, to those of a member's end in its own.
 std::array<std::array<Real, 6>, 6> to_end(const Axes& axes, const Place& offset) {
@@ -176,7 +175,7 @@ void NetworkSolver::add_grounds(std::vector<Block>& blocks) const {
   for (const RotationSpring& spring : network_->rotation_springs()) {
     if (network_->junction_ranks()[spring.junction] == network_->rank()) {
       Block block{.row = local_[spring.junction], .column = local_[spring.junction]};
-      const std::array<double, 3> axis = triple(spring.axis);
+      const std::array<double, 3> axis = values_of(spring.axis);
       for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t k = 0; k < 3; ++k) {
           block.value[3 + i][3 + k] = static_cast<Real>(spring.stiffness) * axis[i] * axis[k];
@@ -249,7 +248,7 @@ void NetworkSolver::solve(std::span<const FilterColumn> columns, std::span<const
 
 void NetworkSolver::solve_batch(std::span<const FilterColumn> columns, std::span<const double> load) {
   find_places(columns);
-  send_places(columns);
+  send_places(columns.size());
   load_own(columns);
   for (std::size_t i = 0; i < load.size(); ++i) {
     const std::size_t c = i / (6 * junctions_.size());
@@ -299,12 +298,9 @@ std::array<double, 6> NetworkSolver::moved(const FilterColumn& column, std::size
   return all;
 }
 
-/// Into the places of a local junction. @param values of it, as `moved`
-void NetworkSolver::put_place(std::size_t junction, std::size_t column, std::size_t columns, const double* values) {
-  double* to = places_.data() + (system_->place(junction) * columns + column) * JunctionSystem::kPitch;
-  for (std::size_t k = 0; k < width(); ++k) {
-    to[k] = held_[junction][k] ? 0.0 : values[k];  // the line stays there
-  }
+/// Where the places of a local junction begin.
+double* NetworkSolver::places_at(std::size_t junction, std::size_t column, std::size_t columns) {
+  return places_.data() + (system_->place(junction) * columns + column) * JunctionSystem::kPitch;
 }
 
 /// Displacements of the masses at the own junctions and where members are cut.
@@ -314,7 +310,11 @@ void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
   places_.resize((junctions_.size() + cut) * columns.size() * JunctionSystem::kPitch);
   for (std::size_t c = 0; c < columns.size(); ++c) {
     for (std::size_t i = 0; i < own.size(); ++i) {
-      put_place(local_[own[i]], c, columns.size(), moved(columns[c], i).data());
+      const std::array<double, 6> values = moved(columns[c], i);
+      double* to = places_at(local_[own[i]], c, columns.size());
+      for (std::size_t k = 0; k < width(); ++k) {
+        to[k] = held_[local_[own[i]]][k] ? 0.0 : values[k];  // the line stays there
+      }
     }
     for (std::size_t i = 0; i < cut; ++i) {
       const std::array<double, 6> values = moved(columns[c], own.size() + i);
@@ -325,12 +325,10 @@ void NetworkSolver::find_places(std::span<const FilterColumn> columns) {
 }
 
 /// Of the own junctions at which members of other ranks meet.
-void NetworkSolver::send_places(std::span<const FilterColumn> columns) {
-  const std::vector<std::size_t>& own = network_->own_junctions();
-  interface_.send(width() * columns.size(), [&](std::size_t junction, double* values) {
-    const auto i = static_cast<std::size_t>(std::ranges::lower_bound(own, junction) - own.begin());
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-      std::copy_n(moved(columns[c], i).begin(), width(), values + width() * c);
+void NetworkSolver::send_places(std::size_t columns) {
+  interface_.send(width() * columns, [&](std::size_t junction, double* values) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      std::copy_n(places_at(local_[junction], c, columns), width(), values + width() * c);
     }
   });
 }
@@ -338,7 +336,7 @@ void NetworkSolver::send_places(std::span<const FilterColumn> columns) {
 void NetworkSolver::receive_places(std::size_t columns) {
   interface_.receive(width() * columns, [&](std::size_t junction, const double* values) {
     for (std::size_t c = 0; c < columns; ++c) {
-      put_place(local_[junction], c, columns, values + width() * c);
+      std::copy_n(values + width() * c, width(), places_at(local_[junction], c, columns));
     }
   });
 }
@@ -370,7 +368,7 @@ void NetworkSolver::load_own(std::span<const FilterColumn> columns) {
     for (const RotationSpring& spring : network_->rotation_springs()) {
       if (network_->rotary() && network_->junction_ranks()[spring.junction] == network_->rank()) {
         const std::size_t at = system_->place(local_[spring.junction]) * width + c * JunctionSystem::kPitch + 3;
-        const std::array<double, 3> axis = triple(spring.axis);
+        const std::array<double, 3> axis = values_of(spring.axis);
         const double* place = places_.data() + at;
         const double turns = axis[0] * place[0] + axis[1] * place[1] + axis[2] * place[2];
         for (std::size_t k = 0; k < 3; ++k) {

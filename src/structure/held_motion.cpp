@@ -14,8 +14,6 @@
 namespace udar {
 namespace {
 
-std::array<double, 3> along_axes(const Place& direction) { return {direction.x, direction.y, direction.z}; }
-
 /// @name Of a beam.
 /// @{
 double stiffness_of(const BeamParameters& beam, const HeldPlace& place) {
@@ -80,7 +78,7 @@ std::vector<MovedPoint> moved_junction(const Network& network, const HeldMotion&
   }
   const Junction& junction = network.parameters().junctions[motion.place.number];
   const Network::Node node = network.junction_node(motion.place.number);
-  const std::array<double, 3> share = along_axes(motion.motion.direction());
+  const std::array<double, 3> share = values_of(motion.motion.direction());
   std::vector<MovedPoint> all;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (share.at(axis) == 0.0) {
@@ -244,7 +242,7 @@ BeamParameters released(BeamParameters beam, const std::vector<HeldMotion>& moti
 
 NetworkParameters released(NetworkParameters network, const std::vector<HeldMotion>& motions) {
   for (const auto& [place, motion, accuracy] : motions) {
-    const std::array<double, 3> share = along_axes(motion.direction());
+    const std::array<double, 3> share = values_of(motion.direction());
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (share.at(axis) != 0.0) {
         network.junctions[place.number].held.at(axis) = false;

@@ -71,9 +71,9 @@ class NetworkSolver final : public ColumnSolver {
   /// Numbers that tell how the mass of a junction moved.
   [[nodiscard]] std::size_t width() const noexcept { return network_->rotary() ? 6 : 3; }
   [[nodiscard]] std::array<double, 6> moved(const FilterColumn& column, std::size_t i) const;
-  void put_place(std::size_t junction, std::size_t column, std::size_t columns, const double* values);
+  [[nodiscard]] double* places_at(std::size_t junction, std::size_t column, std::size_t columns);
   void find_places(std::span<const FilterColumn> columns);
-  void send_places(std::span<const FilterColumn> columns);
+  void send_places(std::size_t columns);
   void receive_places(std::size_t columns);
   void load_own(std::span<const FilterColumn> columns);
   void condense_members(std::span<const FilterColumn> columns, bool shared);
