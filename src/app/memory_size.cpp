@@ -24,7 +24,7 @@ constexpr double kJunction = 10000.0;
 constexpr double kJunctionCopy = sizeof(Junction) + 32.0;
 constexpr double kMemberCopy = sizeof(Member) + 32.0;
 // A row of impulses, with its place in a list.
-constexpr double kRow = 64.0;
+constexpr double kRowBytes = 64.0;
 // PETSc's arrays and vectors of a row of an imported matrix.
 constexpr double kUnknown = 100.0;
 
@@ -96,7 +96,8 @@ void refuse_large_memory(MPI_Comm comm, const CaseInput& input) {
   std::array<char, 64> what{};
   std::snprintf(what.data(), what.size(), "option -output_force_window: %g", output.force_window);
   refuse_large_memory(comm, what.data(),
-                      {.row_bytes = rows * (kRow + 8.0 * static_cast<double>(input.contact.supports.size()))}, most);
+                      {.row_bytes = rows * (kRowBytes + 8.0 * static_cast<double>(input.contact.supports.size()))},
+                      most);
 }
 
 }  // namespace udar::app

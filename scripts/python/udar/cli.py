@@ -17,15 +17,19 @@ from .studies import draw_study
 from .style import Pen
 from .tools import Parser, UserError, gauge_list, run_program
 
+PICTURES = ("gauges", "energy", "contacts", "deflection", "structure", "deformation", "impulses", "forces", "envelope")
 MAX_GAUGES = 12      # panels that are still readable; more only when --gauges asks for them
 
 
-def format_list(text):
-    formats = list(dict.fromkeys(text.split(",")))
-    unknown = [part for part in formats if part not in ("png", "svg")]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"'{unknown[0]}' is neither png nor svg")
-    return formats
+def list_of(*words):
+    """The type of an argument that lists some of these words."""
+    def parsed(text):
+        chosen = list(dict.fromkeys(text.split(",")))
+        unknown = [part for part in chosen if part not in words]
+        if unknown:
+            raise argparse.ArgumentTypeError(f"'{unknown[0]}' is none of {', '.join(words)}")
+        return chosen
+    return parsed
 
 
 def two_names(text):
@@ -53,7 +57,9 @@ def parse(arguments):
                         help="where the pictures go (default: RUN/plots; for several runs ./plots)")
     parser.add_argument("--gauges", metavar="LIST", type=gauge_list,
                         help=f"numbers of the gauges to draw, like 0,2,4 (default: the first {MAX_GAUGES})")
-    parser.add_argument("--format", metavar="LIST", type=format_list, default=["png", "svg"],
+    parser.add_argument("--pictures", metavar="LIST", type=list_of(*PICTURES),
+                        help="which pictures to draw, like gauges,forces (default: all)")
+    parser.add_argument("--format", metavar="LIST", type=list_of("png", "svg"), default=["png", "svg"],
                         help="png, svg or png,svg (default: both)")
     parser.add_argument("--dpi", metavar="N", type=dpi_number, default=130,
                         help="resolution of the PNG files (default: 130)")
@@ -87,6 +93,8 @@ def main(arguments):
     if any((pathlib.Path(folder) / "study.json").is_file() for folder in options.run):
         if len(options.run) > 1:
             raise UserError("a study is drawn by itself, not with other folders")
+        if options.pictures is not None:
+            raise UserError("--pictures: the pictures of a study are drawn all")
         draw_study(options, pathlib.Path(options.run[0]))
         return
     several = len(options.run) > 1
@@ -96,46 +104,47 @@ def main(arguments):
     output = pathlib.Path(options.output or ("plots" if several else runs[0].folder / "plots"))
     output.mkdir(parents=True, exist_ok=True)
     pen = Pen(output, options.format, options.dpi, options.title)
-    if chosen:
-        draw_gauges(pen, runs, chosen)
-    else:
-        note(f"{runs[0].folder} has no gauges: no picture of them")
-    if several:
-        draw_energy_of_several(pen, runs)
-    else:
-        draw_energy(pen, runs[0])
-    if any(run.supports for run in runs):
-        draw_contacts(pen, runs)
-    else:
-        note("no supports: no picture of contacts")
-    if not several:
-        line = runs[0].along_line
-        if line and runs[0].instants is None:
-            note(f"{runs[0].folder} was written without positions: no picture of the deflection")
-        elif line:
-            draw_deflection(pen, runs[0])
-        elif network is not None:
-            draw_network(pen, runs[0], network)
+    pictures = [*pictures_of_all(runs, chosen), *([] if several else pictures_of_one(runs[0], network))]
+    for name, draw, missing in pictures:
+        if options.pictures is not None and name not in options.pictures:
+            continue
+        if missing:
+            note(missing)
         else:
-            note(f"{runs[0].folder} is no beam: no pictures along a line; results.vtkhdf has its shape")
-        if runs[0].supports:
-            if runs[0].contact is not None:
-                draw_impulses(pen, runs[0])
-                draw_forces(pen, runs[0])
-            else:
-                note(f"{runs[0].folder} has no contact.csv: no pictures of impulses and forces")
-        if runs[0].envelope:
-            draw_envelope(pen, runs[0])
-        elif line:
-            note(f"{runs[0].folder} has no envelopes, which are written when a run ends: no picture of them")
+            draw(pen)
+    for name in set(options.pictures or ()) - {name for name, _, _ in pictures}:
+        note(f"--pictures: there is no picture {name} of {'several runs' if several else runs[0].folder}")
 
 
-def draw_network(pen, run, network):
-    draw_structure(pen, run, network)
-    if len(network.rows):
-        draw_deformation(pen, run, network)
+def pictures_of_all(runs, gauges):
+    """The pictures of one run or several, in their order: name, what draws it, why it is missing."""
+    folder = runs[0].folder
+    yield ("gauges", lambda pen: draw_gauges(pen, runs, gauges),
+           not gauges and f"{folder} has no gauges: no picture of them")
+    yield "energy", lambda pen: draw_energy_of_several(pen, runs) if len(runs) > 1 else draw_energy(pen, runs[0]), ""
+    yield ("contacts", lambda pen: draw_contacts(pen, runs),
+           not any(run.supports for run in runs) and "no supports: no picture of contacts")
+
+
+def pictures_of_one(run, network):
+    """The pictures that several runs do not have, as above."""
+    if run.along_line:
+        yield ("deflection", lambda pen: draw_deflection(pen, run),
+               run.instants is None and f"{run.folder} was written without positions: no picture of the deflection")
+    elif network is not None:
+        yield "structure", lambda pen: draw_structure(pen, run, network), ""
+        yield ("deformation", lambda pen: draw_deformation(pen, run, network),
+               not len(network.rows) and f"{run.folder} has no rows of fields: no picture of the deformation")
     else:
-        note(f"{run.folder} has no rows of fields: no picture of the deformation")
+        yield ("deflection", None,
+               f"{run.folder} is no beam: no pictures along a line; results.vtkhdf has its shape")
+    if run.supports:
+        missing = run.contact is None and f"{run.folder} has no contact.csv: no picture of"
+        yield "impulses", lambda pen: draw_impulses(pen, run), missing and f"{missing} impulses"
+        yield "forces", lambda pen: draw_forces(pen, run), missing and f"{missing} forces"
+    if run.along_line or run.envelope:
+        yield ("envelope", lambda pen: draw_envelope(pen, run), not run.envelope and
+               f"{run.folder} has no envelopes, which are written when a run ends: no picture of them")
 
 
 def run():

@@ -40,7 +40,7 @@ BaseMotion read_base(MPI_Comm comm, const std::string& path, BaseQuantity given,
 constexpr const char* kBase = "base";  ///< all of it
 
 /// What a word of -base_motion_place means; nothing: the whole base.
-std::optional<HeldPlace> place_of(const std::string& word, const std::optional<NetworkParameters>& network) {
+std::optional<HeldPlace> held_place(const std::string& word, const std::optional<NetworkParameters>& network) {
   if (word == kBase) {
     return std::nullopt;
   }
@@ -130,7 +130,7 @@ BaseInput read_base_motion(MPI_Comm comm, const std::optional<NetworkParameters>
     }
     BaseMotion motion = read_base(comm, paths[i], given[i], scale[i],
                                   {.x = direction[first], .y = direction[first + 1], .z = direction[first + 2]});
-    if (const std::optional<HeldPlace> place = place_of(places[i], network)) {
+    if (const std::optional<HeldPlace> place = held_place(places[i], network)) {
       motions.held.push_back({.place = *place, .motion = std::move(motion), .accuracy = accuracy});
     } else {
       motions.base.push_back(std::move(motion));
