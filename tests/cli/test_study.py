@@ -334,6 +334,10 @@ class Series(StudyTest):
         svg = (self.scratch / "study/plots/study-filter_frequency.svg").read_text(encoding="utf-8")
         for text in ("points", "pads", "impulse [kN s]", "penetration [m]", "filter frequency wf [rad/s]"):
             self.assertIn(text, svg)
+        chosen = subprocess.run([sys.executable, PLOT, str(self.scratch / "study"), "--pictures", "gauges"],
+                                capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual(chosen.returncode, 2)
+        self.assertIn("--pictures: the pictures of a study are drawn all", chosen.stderr)
         self.assertGreater((self.scratch / "study/plots/study-work-line_solves.png").stat().st_size, 20_000)
 
 
