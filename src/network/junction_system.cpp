@@ -13,15 +13,17 @@ namespace udar::network {
 namespace {
 
 constexpr std::size_t kPitch = JunctionSystem::kPitch;
-constexpr std::size_t kColumn = 6 * kPitch;  // numbers of a block
+constexpr std::size_t kColumn = 6 * kPitch;  // numbers of a block that is written in registers
+constexpr std::size_t kPacked = 36;          // and of one that is only read, without the two that are zero
+constexpr std::size_t kBehind = 2;           // numbers that are read behind the last such
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 // NOLINTBEGIN(cppcoreguidelines-pro-type-member-init): packs are written before they are read
-/// Six numbers and two that nobody reads, in as many registers as that takes.
+/// Six numbers, and up to two that nobody uses, in as many registers as that takes.
 template <std::size_t W>
-struct Eight {
+struct Six {
   using Pack = wide::Pack<W>;
-  static constexpr std::size_t kParts = kPitch / W;
+  static constexpr std::size_t kParts = (6 + W - 1) / W;
   std::array<Pack, kParts> part;
 
   UDAR_INLINE void load(const double* from) {
@@ -50,7 +52,7 @@ struct Eight {
     }
   }
   /// Adds column * values, one by one.
-  UDAR_INLINE void add(const double* column, const Eight& values) {
+  UDAR_INLINE void add(const double* column, const Six& values) {
     for (std::size_t p = 0; p < kParts; ++p) {
       Pack own;
       wide::load<W>(own, column + p * W);
@@ -64,20 +66,21 @@ struct Eight {
   }
 };
 
-/// c -= a b' for blocks column by column.
-template <std::size_t W>
+/// c -= a b' for blocks column by column, of which `Pitch` numbers stand between columns of a and b.
+template <std::size_t W, std::size_t Pitch>
 UDAR_INLINE void subtract_blocks(double* c, const double* a, const double* b) {
   for (std::size_t column = 0; column < 6; ++column) {
-    Eight<W> sum;
+    Six<W> sum;
     sum.load(c + column * kPitch);
     for (std::size_t m = 0; m < 6; ++m) {
-      sum.subtract(a + m * kPitch, b[m * kPitch + column]);
+      sum.subtract(a + m * Pitch, b[m * Pitch + column]);
     }
     sum.store(c + column * kPitch);
   }
 }
+template <std::size_t Pitch>
 void subtract_product(double* c, const double* a, const double* b) {
-  wide::run([&]<std::size_t W>() __attribute__((always_inline)) { subtract_blocks<W>(c, a, b); });
+  wide::run([&]<std::size_t W>() __attribute__((always_inline)) { subtract_blocks<W, Pitch>(c, a, b); });
 }
 
 /// One column of the factor, both halves of a solve for `Count` right-hand sides.
@@ -85,7 +88,7 @@ template <std::size_t W, std::size_t Count>
 UDAR_INLINE void times(const double* matrix, double* vector) {
   for (std::size_t c = 0; c < Count; ++c) {
     double* own = vector + c * kPitch;
-    Eight<W> sum{};
+    Six<W> sum{};
     for (std::size_t m = 0; m < 6; ++m) {
       sum.add(matrix + m * kPitch, own[m]);
     }
@@ -96,13 +99,13 @@ UDAR_INLINE void times(const double* matrix, double* vector) {
 template <std::size_t W, std::size_t Count>
 UDAR_INLINE void eliminate(const double* factor, const std::size_t* rows, std::size_t count, const double* own,
                            double* values) {
-  for (std::size_t r = 0; r < count; ++r, factor += kColumn) {
+  for (std::size_t r = 0; r < count; ++r, factor += kPacked) {
     double* to = values + rows[r] * Count * kPitch;
     for (std::size_t c = 0; c < Count; ++c) {
-      Eight<W> sum;
+      Six<W> sum;
       sum.load(to + c * kPitch);
       for (std::size_t m = 0; m < 6; ++m) {
-        sum.subtract(factor + m * kPitch, own[c * kPitch + m]);
+        sum.subtract(factor + m * 6, own[c * kPitch + m]);
       }
       sum.store(to + c * kPitch);
     }
@@ -115,15 +118,15 @@ UDAR_INLINE void substitute(const double* factor, const std::size_t* rows, std::
                             const double* values) {
   constexpr std::size_t kAtOnce = W == 8 ? Count : 1;
   for (std::size_t first = 0; first < Count; first += kAtOnce) {
-    std::array<std::array<Eight<W>, 6>, kAtOnce> sums{};
+    std::array<std::array<Six<W>, 6>, kAtOnce> sums{};
     for (std::size_t r = 0; r < count; ++r) {
       const double* from = values + (rows[r] * Count + first) * kPitch;
-      const double* block = factor + r * kColumn;
+      const double* block = factor + r * kPacked;
       for (std::size_t c = 0; c < kAtOnce; ++c) {
-        Eight<W> value;
+        Six<W> value;
         value.load(from + c * kPitch);
         for (std::size_t m = 0; m < 6; ++m) {
-          sums[c][m].add(block + m * kPitch, value);
+          sums[c][m].add(block + m * 6, value);
         }
       }
     }
@@ -150,7 +153,7 @@ UDAR_INLINE void forward_all(const Columns& all, double* values) {
   for (std::size_t j = 0; j < all.count; ++j) {
     double* own = values + j * Count * kPitch;
     times<W, Count>(all.diagonal + j * kColumn, own);
-    eliminate<W, Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+    eliminate<W, Count>(all.values + all.first[j] * kPacked, all.rows + all.first[j], all.first[j + 1] - all.first[j],
                         own, values);
   }
 }
@@ -158,7 +161,7 @@ template <std::size_t W, std::size_t Count>
 UDAR_INLINE void backward_all(const Columns& all, double* values) {
   for (std::size_t j = all.count; j-- > 0;) {
     double* own = values + j * Count * kPitch;
-    substitute<W, Count>(all.values + all.first[j] * kColumn, all.rows + all.first[j], all.first[j + 1] - all.first[j],
+    substitute<W, Count>(all.values + all.first[j] * kPacked, all.rows + all.first[j], all.first[j + 1] - all.first[j],
                          own, values);
     times<W, Count>(all.diagonal + j * kColumn, own);
   }
@@ -179,6 +182,13 @@ void for_columns(std::size_t columns, const Half& half) {
         return half.template operator()<W, 4>();
     }
   });
+}
+
+/// A block that is only read, where it can be written.
+void spread(const double* packed, double* block) {
+  for (std::size_t i = 0; i < kPacked; ++i) {
+    block[i / 6 * kPitch + i % 6] = packed[i];
+  }
 }
 
 /// Inverse of the Cholesky factor of a symmetric block; a pivot that is rounding of its diagonal is none.
@@ -276,7 +286,7 @@ void JunctionSystem::find_pattern(std::span<const Block> blocks) {
 }
 
 void JunctionSystem::factor(std::span<const Block> blocks) {
-  values_.assign(rows_.size() * kColumn, 0.0);
+  values_.assign(rows_.size() * kPacked + kBehind, 0.0);
   inverse_.assign(eliminated_, Entries{});
   transposed_.assign(eliminated_, Entries{});
   schur_.assign(36 * kept() * kept(), 0.0);
@@ -286,7 +296,8 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
   std::vector<std::size_t> list(count_, kNone);        // first column whose next row it is
   std::vector<std::size_t> after(eliminated_, kNone);  // the next of such columns
   std::vector<std::size_t> next(first_.begin(), first_.begin() + static_cast<std::ptrdiff_t>(eliminated_));
-  std::vector<std::size_t> where(count_, kNone);
+  std::vector<std::size_t> where(count_, kNone);  // rows of the column at hand
+  std::vector<Entries> below;
   const auto enlist = [&](std::size_t column) {
     if (next[column] < first_[column + 1] && rows_[next[column]] < eliminated_) {
       const std::size_t row = rows_[next[column]];
@@ -299,21 +310,23 @@ void JunctionSystem::factor(std::span<const Block> blocks) {
     for (std::size_t i = 0; i < 6; ++i) {
       before[i] = diagonal[j][i * kPitch + i];
     }
+    below.assign(first_[j + 1] - first_[j], Entries{});
     for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
-      where[rows_[q]] = q;
+      where[rows_[q]] = q - first_[j];
+      spread(values_.data() + q * kPacked, below[q - first_[j]].data());
     }
     for (std::size_t k = list[j]; k != kNone;) {
       const std::size_t following = after[k];
-      const double* own = values_.data() + next[k] * kColumn;
-      subtract_product(diagonal[j].data(), own, own);
+      const double* own = values_.data() + next[k] * kPacked;
+      subtract_product<6>(diagonal[j].data(), own, own);
       for (std::size_t q = next[k] + 1; q < first_[k + 1]; ++q) {
-        subtract_product(values_.data() + where[rows_[q]] * kColumn, values_.data() + q * kColumn, own);
+        subtract_product<6>(below[where[rows_[q]]].data(), values_.data() + q * kPacked, own);
       }
       ++next[k];
       enlist(k);
       k = following;
     }
-    finish_column(j, diagonal[j], before);
+    finish_column(j, diagonal[j], before, below);
     enlist(j);
   }
   add_kept_diagonal(diagonal);
@@ -330,16 +343,20 @@ void JunctionSystem::scatter(std::span<const Block> blocks, std::vector<Entries>
       add_to_schur(row, column, block, a < b);
       continue;
     }
-    double* to = diagonal[row].data();
-    if (row != column) {
+    const auto add = [&](double* to, std::size_t pitch) {
+      for (std::size_t i = 0; i < 6; ++i) {
+        for (std::size_t k = 0; k < 6; ++k) {
+          to[k * pitch + i] += static_cast<double>(a >= b ? block.value[i][k] : block.value[k][i]);
+        }
+      }
+    };
+    if (row == column) {
+      add(diagonal[row].data(), kPitch);
+    } else {
       const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column]);
       const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[column + 1]);
-      to = values_.data() + static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin()) * kColumn;
-    }
-    for (std::size_t i = 0; i < 6; ++i) {
-      for (std::size_t k = 0; k < 6; ++k) {
-        to[k * kPitch + i] += static_cast<double>(a >= b ? block.value[i][k] : block.value[k][i]);
-      }
+      const auto at = static_cast<std::size_t>(std::lower_bound(begin, end, row) - rows_.begin());
+      add(values_.data() + at * kPacked, 6);
     }
   }
 }
@@ -359,8 +376,9 @@ void JunctionSystem::add_to_schur(std::size_t row, std::size_t column, const Blo
 }
 
 /// When all before it are done: its diagonal's factor, its rows, and what it takes from the kept blocks.
-/// @param before the diagonal of the matrix
-void JunctionSystem::finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before) {
+/// @param before the diagonal of the matrix @param below its rows
+void JunctionSystem::finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before,
+                                   const std::vector<Entries>& below) {
   if (const std::size_t loose = invert_factor(diagonal.data(), before, inverse_[j].data()); loose < 6) {
     const auto block = static_cast<std::size_t>(std::ranges::find(place_, j) - place_.begin());
     throw Loose{.block = block, .unknown = loose};
@@ -372,8 +390,10 @@ void JunctionSystem::finish_column(std::size_t j, const Entries& diagonal, const
   }
   for (std::size_t q = first_[j]; q < first_[j + 1]; ++q) {
     Entries product{};
-    subtract_product(product.data(), values_.data() + q * kColumn, inverse_[j].data());
-    std::ranges::transform(product, values_.data() + q * kColumn, [](double value) { return -value; });
+    subtract_product<kPitch>(product.data(), below[q - first_[j]].data(), inverse_[j].data());
+    for (std::size_t i = 0; i < kPacked; ++i) {
+      values_[q * kPacked + i] = -product[i / 6 * kPitch + i % 6];
+    }
   }
   const auto end = rows_.begin() + static_cast<std::ptrdiff_t>(first_[j + 1]);
   const auto from = static_cast<std::size_t>(
@@ -382,7 +402,7 @@ void JunctionSystem::finish_column(std::size_t j, const Entries& diagonal, const
   for (std::size_t q = from; q < first_[j + 1]; ++q) {
     for (std::size_t r = from; r < first_[j + 1]; ++r) {
       Entries product{};
-      subtract_product(product.data(), values_.data() + q * kColumn, values_.data() + r * kColumn);
+      subtract_product<6>(product.data(), values_.data() + q * kPacked, values_.data() + r * kPacked);
       for (std::size_t i = 0; i < 36; ++i) {
         schur_[(6 * (rows_[q] - eliminated_) + i / 6) * width + 6 * (rows_[r] - eliminated_) + i % 6] +=
             product[i % 6 * kPitch + i / 6];

@@ -20,7 +20,7 @@ struct Block {
 /// out of it: what is left of the matrix there, the Schur complement, is for others to add up.
 class JunctionSystem {
  public:
-  /// Numbers of a block in a vector: six, and two that are zero.
+  /// Numbers of a block in a vector: six, and two that mean nothing.
   static constexpr std::size_t kPitch = 8;
   /// Most columns that share one pass.
   static constexpr std::size_t kBatch = 4;
@@ -64,7 +64,8 @@ class JunctionSystem {
   void factor(std::span<const Block> blocks);
   void scatter(std::span<const Block> blocks, std::vector<Entries>& diagonal);
   void add_to_schur(std::size_t row, std::size_t column, const Block& block, bool turned);
-  void finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before);
+  void finish_column(std::size_t j, const Entries& diagonal, const std::array<double, 6>& before,
+                     const std::vector<Entries>& below);
   void add_kept_diagonal(const std::vector<Entries>& diagonal);
 
   std::size_t count_;
@@ -72,7 +73,7 @@ class JunctionSystem {
   std::vector<std::size_t> place_;   // of each block in the order of elimination
   std::vector<std::size_t> first_;   // of each column: where its rows begin, below the diagonal
   std::vector<std::size_t> rows_;    // places
-  std::vector<double> values_;       // 6 columns of kPitch for each of them
+  std::vector<double> values_;       // of each of them by column
   std::vector<Entries> inverse_;     // of the diagonal's factor: lower triangle, by column
   std::vector<Entries> transposed_;  // and its transpose
   std::vector<double> schur_;
