@@ -53,6 +53,7 @@ RunOutput::RunOutput(const Case& input, const Model& model, ImpactDynamics& dyna
       checkpoint_.write();
     }
   }
+  dynamics.set_scratch_folder(input.output.directory);
   dynamics.set_checkpoint_request([this] { return checkpoint_.due(); });
 }
 

@@ -40,7 +40,7 @@ void SupportContacts::snapshot(const Snapshot& state) {
   row_ = state.time;
 }
 
-void SupportContacts::events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
+void SupportContacts::events(const StepRecords<ImpactRecord>& impacts, const StepRecords<RestRecord>& rests,
                              const EventCounts& /*all*/) {
   for (const ImpactRecord& impact : impacts) {
     note(static_cast<std::size_t>(impact.support), impact.time, impact.time);

@@ -56,7 +56,7 @@ void TouchErrors::snapshot(const Snapshot& state) {
   std::ranges::fill(hit_, 0);
 }
 
-void TouchErrors::events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> /*rests*/,
+void TouchErrors::events(const StepRecords<ImpactRecord>& impacts, const StepRecords<RestRecord>& /*rests*/,
                          const EventCounts& /*all*/) {
   for (const ImpactRecord& impact : impacts) {
     hit_[static_cast<std::size_t>(impact.node - points_->begin())] = 1;

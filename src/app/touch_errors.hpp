@@ -23,7 +23,7 @@ class TouchErrors : public Observer {
  public:
   [[nodiscard]] double interval() const override { return interval_; }
   void snapshot(const Snapshot& state) override;
-  void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
+  void events(const StepRecords<ImpactRecord>& impacts, const StepRecords<RestRecord>& rests,
               const EventCounts& all) override;
   void save(MotionState& state) const override;
   void restore(const MotionState& state) override;

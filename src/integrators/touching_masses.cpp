@@ -80,6 +80,7 @@ void TouchingMasses::at(double tau, std::span<double> position, std::span<double
   for (const MovingMass& mass : touching_) {
     local::Problem problem = supports_.problem(mass.node, mass.resting).problem;
     problem.until = tau;
+    problem.moments = false;
     const local::Outcome outcome = local::advance(problem);
     position[mass.node] = sweep_->start[mass.node] + outcome.displacement;
     velocity[mass.node] = outcome.velocity / sweep_->step;
@@ -339,7 +340,6 @@ void TouchingMasses::write_journal() {
     const double stretch = sweep_->drive(0)[node] + sweep_->start[node] - set->height(node);  // its mean
     record_force(*set, node, -sweep_->angle() * sweep_->angle() * stretch, 0.0);
   }
-  contact_->journal().reserve_impacts(touching_.size());
   for (const MovingMass& mass : touching_) {
     if (mass.known) {
       if (mass.impact <= 1.0) {
@@ -349,7 +349,8 @@ void TouchingMasses::write_journal() {
       }
       continue;
     }
-    const StopProblem stops = supports_.problem(mass.node, mass.resting);
+    StopProblem stops = supports_.problem(mass.node, mass.resting);
+    stops.problem.moments = false;
     Recorder recorder{*this, stops, mass.node};
     const local::Outcome outcome = local::advance(stops.problem, &recorder);
     for (std::size_t stop = 0; stop < stops.sets.size(); ++stop) {
@@ -395,6 +396,7 @@ EnergyFlow TouchingMasses::flow(double tau) const {
       StopProblem stops = supports_.problem(mass.node, mass.resting);
       local::Problem& problem = stops.problem;
       problem.until = tau;
+      problem.moments = false;
       FlowOfMass counter{problem};
       const local::Outcome outcome = local::advance(problem, &counter);
       for (std::size_t stop = 0; stop < stops.sets.size(); ++stop) {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -21,6 +20,8 @@ namespace {
 
 /// Events of all ranks that may wait, and that rank 0 may get at a time.
 constexpr PetscInt kEventsMax = 65536;
+/// Rows that are made text at a time.
+constexpr PetscInt kTextAtATime = 4096;
 /// Rows of a table of events that are also written as text.
 constexpr PetscInt kTextRowsMax = 1'000'000;
 
@@ -30,7 +31,7 @@ constexpr PetscInt kTextRowsMax = 1'000'000;
 template <class Record>
 class EventTable {
  public:
-  using Append = void (ResultsFile::*)(std::span<const Record>);
+  using Append = void (ResultsFile::*)(RowStream<Record>);
 
   EventTable(const RunLayout& layout, const std::string& folder, std::string name, const std::string& header,
              const std::shared_ptr<ResultsFile>& results, Append append)
@@ -52,16 +53,17 @@ class EventTable {
 
   /// @param all rows of all ranks
   template <class Text>
-  void add(const std::vector<Record>& rows, PetscInt all, const Text& as_text) {
+  void add(RowStream<Record> rows, PetscInt all, const Text& as_text) {
     if (waiting_ + all > kEventsMax) {
       write(as_text);
     }
     if (all > kEventsMax) {
       end_text();
-      ((*results_).*append_)(rows);
+      ((*results_).*append_)(std::move(rows));
       return;
     }
-    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    const std::span<const Record> few = rows.next(rows.size());
+    rows_.insert(rows_.end(), few.begin(), few.end());
     waiting_ += all;
   }
 
@@ -70,16 +72,17 @@ class EventTable {
     if (waiting_ == 0) {
       return;
     }
-    const std::vector<Record> sorted = on_first_rank(comm_, rows_);
-    ((*results_).*append_)(sorted);
+    const std::vector<Record> sorted = on_first_rank(comm_, std::exchange(rows_, {}));
+    ((*results_).*append_)(RowStream{std::span{sorted}});
     text_rows_ += waiting_;
     if (text_rows_ > kTextRowsMax) {
       end_text();
     }
-    if (!text_ended_) {
-      file_.append(as_text(sorted));
+    for (PetscInt row = 0; row < waiting_ && !text_ended_; row += kTextAtATime) {
+      const auto first = std::min(static_cast<std::size_t>(row), sorted.size());  // rank 0 has them all
+      const auto count = std::min(static_cast<std::size_t>(kTextAtATime), sorted.size() - first);
+      file_.append(as_text(std::span{sorted}.subspan(first, count)));
     }
-    rows_ = {};
     waiting_ = 0;
   }
 
@@ -156,18 +159,30 @@ class EventWriter final : public BlockWriter {
     }
   }
 
-  void events(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests,
+  void events(const StepRecords<ImpactRecord>& impacts, const StepRecords<RestRecord>& rests,
               const EventCounts& all) override {
-    if (rows_->whole()) {
-      keep(impacts, rests, all);
-      return;
+    std::array<PetscInt, 2> counts{all.impacts, all.rests};
+    if (!rows_->whole()) {
+      counts = {static_cast<PetscInt>(covered(impacts)), static_cast<PetscInt>(covered(rests))};
+      MPI_Allreduce(MPI_IN_PLACE, counts.data(), 2, MPIU_INT, MPI_SUM, comm_);
     }
-    const std::vector<ImpactRecord> chosen_impacts = covered(impacts);
-    const std::vector<RestRecord> chosen_rests = covered(rests);
-    std::array<PetscInt, 2> counts{static_cast<PetscInt>(chosen_impacts.size()),
-                                   static_cast<PetscInt>(chosen_rests.size())};
-    MPI_Allreduce(MPI_IN_PLACE, counts.data(), 2, MPIU_INT, MPI_SUM, comm_);
-    keep(chosen_impacts, chosen_rests, {.impacts = counts[0], .rests = counts[1]});
+    if (impacts_) {
+      impacts_->add(chosen(impacts), counts[0], impact_rows);
+    }
+    if (rests_) {
+      rests_->add(chosen(rests), counts[1], rest_rows);
+    }
+    if (merger_) {
+      for (const ImpactRecord& impact : impacts) {
+        if (covers(impact)) {
+          merger_->add({&impact, 1});
+        }
+      }
+      to_merge_ += counts[0];
+      if (to_merge_ > kEventsMax) {
+        take_merged(merger_->latest());
+      }
+    }
   }
 
   void save(MotionState& state) const override {
@@ -201,38 +216,37 @@ class EventWriter final : public BlockWriter {
 
  private:
   template <class Record>
-  [[nodiscard]] std::vector<Record> in_user_numbers(std::span<const Record> records) const {
-    std::vector<Record> named{records.begin(), records.end()};
-    for (Record& record : named) {
-      record.node = static_cast<PetscInt>(rows_->number(static_cast<std::size_t>(record.node - points_->begin())));
-    }
-    return named;
+  void name_as_user_does(Record& record) const {
+    record.node = static_cast<PetscInt>(rows_->number(static_cast<std::size_t>(record.node - points_->begin())));
   }
 
-  /// Of nodes that are written about.
+  /// Whether the node is one of those that are written about.
   template <class Record>
-  [[nodiscard]] std::vector<Record> covered(std::span<const Record> records) const {
-    std::vector<Record> some;
-    std::ranges::copy_if(records, std::back_inserter(some), [this](const Record& record) {
-      return rows_->covers(static_cast<std::size_t>(record.node - points_->begin()));
-    });
-    return some;
+  [[nodiscard]] bool covers(const Record& record) const {
+    return rows_->whole() || rows_->covers(static_cast<std::size_t>(record.node - points_->begin()));
   }
 
-  void keep(std::span<const ImpactRecord> impacts, std::span<const RestRecord> rests, const EventCounts& all) {
-    if (impacts_) {
-      impacts_->add(in_user_numbers(impacts), all.impacts, impact_rows);
-    }
-    if (rests_) {
-      rests_->add(in_user_numbers(rests), all.rests, rest_rows);
-    }
-    if (merger_) {
-      merger_->add(impacts);
-      to_merge_ += all.impacts;
-      if (to_merge_ > kEventsMax) {
-        take_merged(merger_->latest());
-      }
-    }
+  template <class Record>
+  [[nodiscard]] std::size_t covered(const StepRecords<Record>& records) const {
+    return rows_->whole() ? records.size()
+                          : static_cast<std::size_t>(std::ranges::count_if(
+                                records, [this](const Record& record) { return covers(record); }));
+  }
+
+  /// What is written about, in the user's numbers.
+  template <class Record>
+  [[nodiscard]] RowStream<Record> chosen(const StepRecords<Record>& records) const {
+    return {covered(records), [this, at = records.begin(), part = std::vector<Record>{}](std::size_t count) mutable {
+              part.clear();
+              part.reserve(count);
+              for (; part.size() < count; ++at) {
+                if (covers(*at)) {
+                  part.push_back(*at);
+                  name_as_user_does(part.back());
+                }
+              }
+              return std::span<const Record>{part};
+            }};
   }
 
   void add(const Snapshot& /*state*/) override {}
@@ -240,10 +254,11 @@ class EventWriter final : public BlockWriter {
   /// Writes merged impacts that no later one than `time` can join; this rank's time, of which the latest counts.
   void take_merged(double time) {
     MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPI_DOUBLE, MPI_MAX, comm_);
-    const std::vector<MergedImpact> taken = merger_->take(time);
+    std::vector<MergedImpact> taken = merger_->take(time);
+    std::ranges::for_each(taken, [this](MergedImpact& impact) { name_as_user_does(impact); });
     auto all = static_cast<PetscInt>(taken.size());
     MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_INT, MPI_SUM, comm_);
-    merged_->add(in_user_numbers(std::span{taken}), all, merged_rows);
+    merged_->add(RowStream<MergedImpact>{taken}, all, merged_rows);
     to_merge_ = 0;
   }
 

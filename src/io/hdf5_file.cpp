@@ -35,8 +35,6 @@ constexpr hsize_t kChunkRowsMax = 64;
 constexpr hsize_t kPackedRowBytes = 4096;
 /// Records in a chunk: some 64 KiB.
 constexpr hsize_t kChunkRecords = 1024;
-/// Records a rank writes in one call.
-constexpr std::uint64_t kRecordsAtATime = std::uint64_t{1} << 16;
 /// Space an index entry of a chunk takes at most, half-filled tree nodes and their parents included.
 constexpr hsize_t kIndexBytesPerChunk = 256;
 /// Space for what HDF5 adds by itself when it makes an object or extends one: headers, heaps, tree nodes.
@@ -342,6 +340,7 @@ void Hdf5File::close() {
     return;
   }
   if (access_ != Access::read) {
+    write_waiting();
     flush();
   }
   growing_.clear();
@@ -460,7 +459,9 @@ void Hdf5File::add_rows(const std::string& name, hid_t type, PetscInt nodes, int
   add_growing(name, type, count_of(nodes), static_cast<hsize_t>(components), compression);
 }
 
-void Hdf5File::add_records(const std::string& name, hid_t type) { add_growing(name, type, 0); }
+void Hdf5File::add_records(const std::string& name, hid_t type, int compression) {
+  add_growing(name, type, 0, 1, compression);
+}
 
 void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns, hsize_t components, int compression) {
   Growing data;
@@ -479,7 +480,7 @@ void Hdf5File::add_growing(const std::string& name, hid_t type, hsize_t columns,
 
 void Hdf5File::create_growing(Growing& data, const std::string& name, int rank, int compression) {
   const hsize_t cell = data.size * data.components;
-  const bool packed = compression > 0 && data.columns * cell >= kPackedRowBytes;
+  const bool packed = compression > 0 && (data.columns == 0 || data.columns * cell >= kPackedRowBytes);
   hsize_t chunk_columns = 1;
   hsize_t chunk_rows = kChunkRecords;
   if (data.columns > 0) {
@@ -507,7 +508,8 @@ void Hdf5File::create_growing(Growing& data, const std::string& name, int rank, 
 
 /// A compressed chunk may be longer than what it holds, by 13 bytes and a thousandth (zlib), and has two places for a
 /// moment: HDF5 makes room for it before it knows how long it is.
-void Hdf5File::Growing::set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool packed) {
+void Hdf5File::Growing::set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool compressed) {
+  packed = compressed;
   chunk_rows = rows_of_it;
   chunk_columns = columns == 0 ? 1 : columns_of_it;
   chunks = columns == 0 ? 1 : (columns + chunk_columns - 1) / chunk_columns;
@@ -551,35 +553,6 @@ void Hdf5File::append_rows(const std::string& name, const NodeRange& nodes, std:
   extend(data, rows);
   write_block(data, data.rows, rows, count_of(nodes.begin), count_of(nodes.count()), values);
   data.rows += rows;
-}
-
-void Hdf5File::append_records(const std::string& name, const void* records, std::size_t count) {
-  const auto own = static_cast<std::uint64_t>(count);
-  std::uint64_t first = 0;
-  std::uint64_t all = own;
-  MPI_Exscan(&own, &first, 1, MPI_UINT64_T, MPI_SUM, comm_);
-  MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_UINT64_T, MPI_SUM, comm_);
-  if (all == 0) {
-    return;
-  }
-  Growing& data = growing_.at(name);
-  spend_on_growth(growth(name, all));
-  extend(data, all);
-  // A part at a time: HDF5 and MPI make copies of what they are given.
-  std::uint64_t parts = (own + kRecordsAtATime - 1) / kRecordsAtATime;
-  if (all > kRecordsAtATime) {
-    MPI_Allreduce(MPI_IN_PLACE, &parts, 1, MPI_UINT64_T, MPI_MAX, comm_);
-  } else {
-    parts = 1;
-  }
-  const std::size_t size = H5Tget_size(data.type);
-  for (std::uint64_t done = 0; parts > 0; --parts) {
-    const std::uint64_t now = std::min(own - done, kRecordsAtATime);
-    write_block(data, data.rows + (rank_ == 0 ? 0 : first) + done, now, 0, 1,
-                static_cast<const char*>(records) + done * size);
-    done += now;
-  }
-  data.rows += all;
 }
 
 }  // namespace udar::io

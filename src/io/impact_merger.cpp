@@ -61,12 +61,13 @@ void ImpactMerger::add(std::span<const ImpactRecord> impacts) {
 
 std::vector<MergedImpact> ImpactMerger::take(double time) {
   std::vector<MergedImpact> taken;
-  const std::vector<Entry> all = std::exchange(entries_, {});
-  for (const Entry& entry : all) {
+  for (const Entry& entry : entries_) {
     newest_[point_of(entry)] = kNone;
   }
-  for (const Entry& entry : all) {
-    if (time - entry.time >= window_) {
+  const auto ready = [&](const Entry& entry) { return time - entry.time >= window_; };
+  taken.reserve(static_cast<std::size_t>(std::ranges::count_if(entries_, ready)));
+  for (const Entry& entry : std::exchange(entries_, {})) {
+    if (ready(entry)) {
       taken.push_back(entry);
     } else {
       push(entry);

@@ -325,8 +325,8 @@ void add_layout(Hdf5File& file, const RunLayout& layout) {
 }
 
 /// A table of records, or the one that is there.
-void add_table(Hdf5File& file, const char* name, hid_t type, const char* units) {
-  file.add_records(name, type);
+void add_table(Hdf5File& file, const char* name, hid_t type, const char* units, int compression = 0) {
+  file.add_records(name, type, compression);
   if (!file.has(name, "units")) {
     add_units(file, name, units);
   }
@@ -335,6 +335,7 @@ void add_table(Hdf5File& file, const char* name, hid_t type, const char* units) 
 constexpr const char* kExtents = "results.h5 extents";
 constexpr const char* kPieces = "results.h5";
 constexpr const char* kFieldNames = "fields of results.h5";
+const std::string kWaiting = "results.h5 waiting rows of ";
 constexpr const char* kMerged = "/impacts_merged";
 
 std::string names_of(const std::vector<FileField>& fields) {
@@ -389,11 +390,17 @@ ResultsFile::ResultsFile(const RunLayout& layout, const std::string& path)
       add_description(*file_, field.path(), field);
     }
   }
-  add_table(*file_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J");
+  const int compression = layout.content.compression;
+  add_table(*file_, "/impacts", impact_type(), "s,1,m,1,m/s,m/s,N s,J", compression);
   if (layout.content.impacts.merged) {
-    add_table(*file_, kMerged, merged_type(), "s,s,1,m,1,1,m/s,N s,J");
+    add_table(*file_, kMerged, merged_type(), "s,s,1,m,1,1,m/s,N s,J", compression);
   }
-  add_table(*file_, "/rests", rest_type(), "s,1,m,1,1");
+  add_table(*file_, "/rests", rest_type(), "s,1,m,1,1", compression);
+  for (const auto& [table, none] : file_->waiting()) {
+    if (!anew_ && layout.earlier->texts.contains(kWaiting + table.substr(1))) {
+      file_->set_waiting(table, layout.earlier->text(kWaiting + table.substr(1)));
+    }
+  }
   add_table(*file_, "/energy", energy_type(), "s,J,J,J,J,J,J,J,J,J,J,J,J,J,1");
   file_->flush();
   field_rows_ = field_rows_on_disk_ = file_->rows(kFieldTime);
@@ -404,6 +411,9 @@ void ResultsFile::save(MotionState& state) const {
   state.tables[kExtents] = std::move(mark.extents);
   state.texts[kPieces] = std::move(mark.pieces);
   state.texts[kFieldNames] = names_of(fields_);
+  for (auto& [table, rows] : file_->waiting()) {
+    state.texts[kWaiting + table.substr(1)] = std::move(rows);  // without the slash
+  }
 }
 
 std::vector<double> ResultsFile::field_times() const {
@@ -442,20 +452,15 @@ void ResultsFile::append_field(const FileField& field, const Field& shown) {
   }
 }
 
-void ResultsFile::append_impacts(std::span<const ImpactRecord> rows) {
-  file_->append_records("/impacts", rows.data(), rows.size());
+template <class Row>
+void ResultsFile::append_events(const char* table, RowStream<Row>& rows) {
+  file_->append_records(table, rows.size(), [&](std::size_t count) { return rows.next(count).data(); });
   flush_if_due();
 }
 
-void ResultsFile::append_merged(std::span<const MergedImpact> rows) {
-  file_->append_records(kMerged, rows.data(), rows.size());
-  flush_if_due();
-}
-
-void ResultsFile::append_rests(std::span<const RestRecord> rows) {
-  file_->append_records("/rests", rows.data(), rows.size());
-  flush_if_due();
-}
+void ResultsFile::append_impacts(RowStream<ImpactRecord> rows) { append_events("/impacts", rows); }
+void ResultsFile::append_merged(RowStream<MergedImpact> rows) { append_events(kMerged, rows); }
+void ResultsFile::append_rests(RowStream<RestRecord> rows) { append_events("/rests", rows); }
 
 void ResultsFile::append_energy(std::span<const double> times, std::span<const EnergyLedger> rows) {
   assert(times.size() == rows.size());

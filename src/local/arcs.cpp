@@ -217,7 +217,9 @@ void pass(const Problem& problem, const RestArc& arc, Mass& mass, Outcome& outco
   const auto index = static_cast<std::size_t>(mass.resting);
   const Stop& stop = problem.stops[index];
   const double end = arc.length;
-  add_legendre(arc.path.data(), stop.moves ? 4 : 1, mass.tau, end, problem.terms, outcome.moments);
+  if (problem.moments) {
+    add_legendre(arc.path.data(), stop.moves ? 4 : 1, mass.tau, end, problem.terms, outcome.moments);
+  }
   if (report != nullptr) {
     const double z2 = problem.angle * problem.angle;
     const double side = side_of(index);
@@ -323,7 +325,9 @@ void find_event(const Problem& problem, const Mass& mass, FreeArc& arc) {
 void pass(const Problem& problem, const FreeArc& arc, Mass& mass, Outcome& outcome, ArcReport* report) {
   const double end = arc.length;
   mass.stalls = end == 0.0 ? mass.stalls + 1 : 0;
-  add_legendre(arc.series.data(), arc.powers, mass.tau, end, problem.terms, outcome.moments);
+  if (problem.moments) {
+    add_legendre(arc.series.data(), arc.powers, mass.tau, end, problem.terms, outcome.moments);
+  }
   for (std::size_t stop = 0; stop < 2; ++stop) {
     if (mass.touch[stop].pressing()) {
       count_press(problem, arc, mass, stop, outcome);

@@ -1,13 +1,23 @@
 #include "udar/motion/contact_journal.hpp"
 
 #include <algorithm>
+#include <functional>
 
 namespace udar {
+
+void ContactJournal::set_scratch_folder(const std::string& folder) {
+  impacts_.set_folder(folder);
+  rests_.set_folder(folder);
+  forces_.set_folder(folder);
+  contacts_.set_folder(folder);
+  losses_.set_folder(folder);
+}
 
 void ContactJournal::record_impact(std::size_t node, ImpactRecord impact) {
   impact.node = points_->global(node);
   impact.x = points_->place(node).x;
   impacts_.push_back(impact);
+  before_.time = std::numeric_limits<double>::quiet_NaN();
 }
 
 void ContactJournal::record_rest(std::size_t node, PetscInt support, double time) {
@@ -16,8 +26,8 @@ void ContactJournal::record_rest(std::size_t node, PetscInt support, double time
 }
 
 void ContactJournal::record_release(std::size_t node, PetscInt support, double time) {
-  record_rest(node, support, time);
-  rests_.back().release = true;
+  rests_.push_back(
+      {.time = time, .node = points_->global(node), .x = points_->place(node).x, .support = support, .release = true});
 }
 
 void ContactJournal::record_line_contact(Interval time) {
@@ -25,11 +35,22 @@ void ContactJournal::record_line_contact(Interval time) {
   line_contact_ = {.from = from, .until = time.until};
 }
 
-double ContactJournal::lost_before(double time) const {
-  double sum = 0.0;
-  for (const ImpactRecord& impact : impacts_) {
-    sum += impact.time < time ? impact.energy_loss : 0.0;
+const ContactJournal::Sums& ContactJournal::impacts_before(double time) const {
+  if (before_.time != time) {
+    before_.time = time;
+    before_.lost = 0.0;
+    before_.impulses.assign(even_impulses_.size(), 0.0);
+    for (const ImpactRecord& impact : impacts_) {
+      const bool before = impact.time < time;
+      before_.lost += before ? impact.energy_loss : 0.0;
+      before_.impulses[static_cast<std::size_t>(impact.support)] += before ? impact.impulse : 0.0;
+    }
   }
+  return before_;
+}
+
+double ContactJournal::lost_before(double time) const {
+  double sum = impacts_before(time).lost;
   for (const Loss& loss : losses_) {
     sum += loss.time < time ? loss.energy : 0.0;
   }
@@ -37,9 +58,7 @@ double ContactJournal::lost_before(double time) const {
 }
 
 void ContactJournal::add_impulses(double time, double passed, std::span<double> sums) const {
-  for (const ImpactRecord& impact : impacts_) {
-    sums[static_cast<std::size_t>(impact.support)] += impact.time < time ? impact.impulse : 0.0;
-  }
+  std::ranges::transform(sums, impacts_before(time).impulses, sums.begin(), std::plus{});
   for (std::size_t support = 0; support < even_impulses_.size(); ++support) {
     sums[support] += passed * even_impulses_[support];
   }
@@ -51,8 +70,9 @@ void ContactJournal::add_impulses(double time, double passed, std::span<double> 
 }
 
 void ContactJournal::clear() {
-  release_if_large(impacts_);
-  release_if_large(rests_);
+  impacts_.clear();
+  before_.time = std::numeric_limits<double>::quiet_NaN();
+  rests_.clear();
   std::ranges::fill(even_impulses_, 0.0);
   forces_.clear();
   contacts_.clear();

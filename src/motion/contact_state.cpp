@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <ranges>
 #include <utility>
 
 #include "udar/contact/impact_law.hpp"
@@ -66,6 +65,11 @@ void ContactState::set_resting(std::size_t node, PetscInt support) {
   } else {
     --local_resting_;
   }
+}
+
+void ContactState::set_scratch_folder(const std::string& folder) {
+  journal_.set_scratch_folder(folder);
+  changes_.set_folder(folder);
 }
 
 void ContactState::bring_to_rest(std::size_t node, const ContactSet& set, double time, double loss) {
@@ -199,8 +203,8 @@ void ContactState::begin_step() {
 }
 
 void ContactState::undo() {
-  for (const Change& change : changes_ | std::views::reverse) {
-    resting_[change.node] = change.before;
+  for (std::size_t i = changes_.size(); i-- > 0;) {
+    resting_[changes_[i].node] = changes_[i].before;
   }
   count_resting();
   totals_ = totals_before_;

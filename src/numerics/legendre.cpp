@@ -7,6 +7,18 @@
 #include "udar/numerics/power_series.hpp"
 
 namespace udar {
+namespace {
+
+/// 0, 1, 2, ... as numbers: turning an index into one takes as long as a division.
+constexpr auto kNumbers = [] {
+  std::array<double, kMostPowers + kMostTerms + 1> numbers{};
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    numbers[k] = static_cast<double>(k);
+  }
+  return numbers;
+}();
+
+}  // namespace
 
 double legendre(std::size_t j, double tau) { return power_series::value(kLegendre[j].data(), j + 1, tau); }
 
@@ -14,14 +26,15 @@ double legendre_slope(std::size_t j, double tau) { return power_series::slope(kL
 
 void add_legendre(const double* series, std::size_t count, double from, double length, std::size_t terms,
                   std::array<double, kMostTerms>& coefficients) {
-  std::array<double, kMostTerms> integral{};  // of series times s^i
+  std::array<double, kMostTerms> integral{};  // of series times s^i, side by side: none waits for another
+  for (std::size_t k = count; k-- > 0;) {
+    for (std::size_t i = 0; i < terms; ++i) {
+      integral[i] = integral[i] * length + series[k] / kNumbers[k + i + 1];
+    }
+  }
   double power = length;
   for (std::size_t i = 0; i < terms; ++i) {
-    double sum = 0.0;
-    for (std::size_t k = count; k-- > 0;) {
-      sum = sum * length + series[k] / static_cast<double>(k + i + 1);
-    }
-    integral[i] = sum * power;
+    integral[i] *= power;
     power *= length;
   }
   for (std::size_t j = 0; j < terms; ++j) {

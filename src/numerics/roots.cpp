@@ -12,6 +12,22 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
+struct ValueAndSlope {
+  double value;
+  double slope;
+};
+
+/// What `power_series::value` and `slope` give, to the bit, in the time of one.
+ValueAndSlope value_and_slope(const double* c, std::size_t count, double s) {
+  ValueAndSlope sum{};
+  for (std::size_t k = count; k-- > 1;) {
+    sum.value = sum.value * s + c[k];
+    sum.slope = sum.slope * s + static_cast<double>(k) * c[k];
+  }
+  sum.value = sum.value * s + c[0];
+  return sum;
+}
+
 /// `first_zero` from s on where the bound over the whole interval is too coarse, as near a minimum next to 0: expands
 /// anew about every s, and bounds the second derivative over a window of about the advance only.
 double first_zero_closely(const double* coefficients, std::size_t count, double s, double end, double size) {
@@ -117,8 +133,7 @@ double first_zero(const double* coefficients, std::size_t count, double end) {
   }
   double s = 0.0;
   for (int advance = 0; advance < kMostAdvances; ++advance) {
-    const double value = power_series::value(coefficients, count, s);
-    const double slope = power_series::slope(coefficients, count, s);
+    const auto [value, slope] = value_and_slope(coefficients, count, s);
     if (value < 0.0 || (value == 0.0 && (slope < 0.0 || s > 0.0))) {
       return s;
     }

@@ -15,7 +15,9 @@ CONTENT = ("results.h5", "results.vtkhdf", "restart.h5")
 # file says where the files stand, and where the run began.
 COSTS = {"wall_seconds", "wall_seconds_mean", "own_seconds", "communication", "peak_memory_bytes", "memory_per_rank",
          "streamed_bytes", "line_solves", "stepping_line_solves"}
-PLACES = {"texts/results.h5", "tables/results.h5 extents", "texts/working directory", "scalars@counted line_solves"}
+# Records that wait have bytes between their columns, too; they are in results.h5 when the run has ended.
+PLACES = {"texts/results.h5", "tables/results.h5 extents", "texts/working directory", "scalars@counted line_solves",
+          *(f"texts/results.h5 waiting rows of {table}" for table in ("impacts", "impacts_merged", "rests"))}
 
 
 def content(path):

@@ -243,12 +243,23 @@ void write_row(const Writers& writers, const NodeRange& nodes, int row) {
   }
 }
 
+template <class Record>
+void put(StepRecords<Record>& step, const std::vector<Record>& records) {
+  for (const Record& record : records) {
+    step.push_back(record);
+  }
+}
+
 void write_events(const Writers& writers, const std::vector<ImpactRecord>& impacts,
                   const std::vector<RestRecord>& rests) {
+  StepRecords<ImpactRecord> hits;
+  StepRecords<RestRecord> stops;
+  put(hits, impacts);
+  put(stops, rests);
   std::array<PetscInt, 2> all{static_cast<PetscInt>(impacts.size()), static_cast<PetscInt>(rests.size())};
   MPI_Allreduce(MPI_IN_PLACE, all.data(), 2, MPIU_INT, MPI_SUM, PETSC_COMM_WORLD);
   for (const auto& writer : writers) {
-    writer->events(impacts, rests, {.impacts = all[0], .rests = all[1]});
+    writer->events(hits, stops, {.impacts = all[0], .rests = all[1]});
   }
 }
 

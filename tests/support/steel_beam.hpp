@@ -119,7 +119,7 @@ class Recorder final : public Observer {
     support_impulses.emplace_back(state.support_impulse.begin(), state.support_impulse.end());
     zones.push_back(state.zone);
   }
-  void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> stops,
+  void events(const StepRecords<ImpactRecord>& hits, const StepRecords<RestRecord>& stops,
               const EventCounts& /*all*/) override {
     const auto add = [](auto& kept, const auto& more) {
       const auto old = static_cast<std::ptrdiff_t>(kept.size());

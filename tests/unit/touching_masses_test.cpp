@@ -93,7 +93,7 @@ TEST(TouchingMasses, BounceInLanesAndAlone) {
     EXPECT_NEAR(flat.end[flat.sweep.count + i], w * height * std::sin(w * left) + after * std::cos(w * left), 1e-13);
   }
   EXPECT_EQ(flat.contact.journal().impacts().size(), flat.sweep.count);
-  EXPECT_NEAR(flat.contact.journal().impacts().front().time, impact, 1e-17);
+  EXPECT_NEAR(flat.contact.journal().impacts()[0].time, impact, 1e-17);
 }
 
 TEST(TouchingMasses, AreNoneWhereBoundsExcludeTheFloor) {

@@ -87,7 +87,7 @@ struct Touch {
   struct Events final : Observer {
     [[nodiscard]] double interval() const override { return 0.0; }
     void snapshot(const Snapshot& /*state*/) override {}
-    void events(std::span<const ImpactRecord> hits, std::span<const RestRecord> /*stops*/,
+    void events(const StepRecords<ImpactRecord>& hits, const StepRecords<RestRecord>& /*stops*/,
                 const EventCounts& /*all*/) override {
       impacts.insert(impacts.end(), hits.begin(), hits.end());
     }

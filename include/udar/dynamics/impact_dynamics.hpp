@@ -56,6 +56,9 @@ class ImpactDynamics {
   void set_stop_request(std::function<bool()> stop) { requests_.stop = std::move(stop); }
   /// Asked after every step on every rank: any answer of true is in the `Progress` of all.
   void set_checkpoint_request(std::function<bool()> wanted) { requests_.checkpoint = std::move(wanted); }
+  /// The folder in which what happens in a step waits that is too much to be held; by default the system's for such
+  /// files. @see StepRecords
+  void set_scratch_folder(const std::string& folder) { contact_.set_scratch_folder(folder); }
   /// What becomes of a run that is worth a warning; by default nothing, as where errors are what is looked for.
   void set_guard(GuardMode mode) noexcept { guards_.set_mode(mode); }
 

@@ -5,8 +5,11 @@
 #include <hdf5.h>
 #include <mpi.h>
 
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -111,7 +114,10 @@ class Hdf5File {
   /// @throws FileError if HDF5 was built without gzip
   void add_rows(const std::string& name, hid_t type, PetscInt nodes, int components = 1, int compression = 0);
   /// @brief A one-dimensional dataset that grows; for compound records, too.
-  void add_records(const std::string& name, hid_t type);
+  ///
+  /// Where it is compressed, rows that fill no chunk yet wait for those that come, or for `close`.
+  /// @param[in] compression as of `add_rows`
+  void add_records(const std::string& name, hid_t type, int compression = 0);
   /// @brief Adds one row to a dataset of `add_rows`; each rank gives its nodes.
   void append_row(const std::string& name, const NodeRange& nodes, const void* values) {
     append_rows(name, nodes, 1, values);
@@ -121,6 +127,15 @@ class Hdf5File {
   /// @brief Adds records to a dataset of `add_records`: each rank's, one rank's behind the other's.
   /// @param[in] count of this rank's
   void append_records(const std::string& name, const void* records, std::size_t count);
+  /// Gives the next so many records, which stay there until it is called again.
+  using NextRecords = std::function<const void*(std::size_t)>;
+  /// The same a part at a time.
+  void append_records(const std::string& name, std::size_t count, const NextRecords& next);
+  /// @name Of each compressed table the records that wait, on rank 0: of who goes on from a `Mark`
+  /// @{
+  [[nodiscard]] std::map<std::string, std::string> waiting() const;
+  void set_waiting(const std::string& name, const std::string& records);
+  /// @}
   /// @brief Makes room for `bytes` of coming writes until the next `flush`, so that they fail before the first or not
   /// at all.
   void reserve(std::uint64_t bytes);
@@ -170,11 +185,13 @@ class Hdf5File {
     hsize_t components = 1;  ///< of a value in a column
     hsize_t chunk_rows = 0;  ///< rows of a chunk
     hsize_t chunk_columns = 1;
-    hsize_t chunks = 0;        ///< that make a row of chunks
-    hsize_t space = 0;         ///< that a chunk may take while it is written [bytes]
-    hsize_t chunks_known = 0;  ///< of all, in HDF5's order, those in `values_`
+    hsize_t chunks = 0;                ///< that make a row of chunks
+    hsize_t space = 0;                 ///< that a chunk may take while it is written [bytes]
+    hsize_t chunks_known = 0;          ///< of all, in HDF5's order, those in `values_`
+    bool packed = false;               ///< compressed
+    std::vector<std::byte> waiting{};  ///< records of the chunk that is not full, if compressed, on rank 0
 
-    void set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool packed);
+    void set_chunk(hsize_t rows_of_it, hsize_t columns_of_it, bool compressed);
   };
 
   void create();
@@ -197,6 +214,10 @@ class Hdf5File {
   void spend_on_growth(std::uint64_t bytes);
   void require_usable() const;
   void extend(Growing& data, hsize_t rows);
+  void write_parts(const Growing& data, hsize_t row, hsize_t count, hsize_t most, const NextRecords& next);
+  void append_chunks(const std::string& name, const NodeRange& rows, const NextRecords& next);
+  void write_two(const Growing& data, std::array<hsize_t, 2> one, std::array<hsize_t, 2> other, const void* values);
+  void write_waiting();
   void write_block(const Growing& data, hsize_t row, hsize_t rows, hsize_t column, hsize_t columns, const void* values);
   [[nodiscard]] std::string message(const std::string& reason) const;
 

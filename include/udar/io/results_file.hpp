@@ -11,6 +11,7 @@
 #include "udar/io/csv.hpp"
 #include "udar/io/impact_merger.hpp"
 #include "udar/io/layout.hpp"
+#include "udar/io/row_stream.hpp"
 #include "udar/motion/observer.hpp"
 
 namespace udar {
@@ -48,9 +49,9 @@ class ResultsFile {
   void append_fields(const Snapshot& state);
   /// @name Rows of the tables: each rank's, one rank's behind the other's
   /// @{
-  void append_impacts(std::span<const ImpactRecord> rows);
-  void append_merged(std::span<const MergedImpact> rows);
-  void append_rests(std::span<const RestRecord> rows);
+  void append_impacts(RowStream<ImpactRecord> rows);
+  void append_merged(RowStream<MergedImpact> rows);
+  void append_rests(RowStream<RestRecord> rows);
   /// @}
   /// @param[in] times, rows equal on every rank
   void append_energy(std::span<const double> times, std::span<const EnergyLedger> rows);
@@ -85,6 +86,8 @@ class ResultsFile {
 
  private:
   void append_field(const FileField& field, const Field& shown);
+  template <class Row>
+  void append_events(const char* table, RowStream<Row>& rows);
   void flush_if_due();
 
   std::unique_ptr<Hdf5File> file_;

@@ -60,6 +60,7 @@ struct Problem {
   double together = 0.0;                  ///< nearer than this it is on the stop [m]
   double pull_resolution = 0.0;           ///< P - z that is not larger does not pull it off a stop [m]
   double until = 1.0;                     ///< tau at which to end
+  bool moments = true;                    ///< whether the outcome is to have them: they are most of the work
   double drag = 0.0;                      ///< [1/step]
   std::array<double, kMostTerms> turn{};  ///< in powers of tau, a part of angle^2 P: dampers take z' (drag z' - turn)
 };

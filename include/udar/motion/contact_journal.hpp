@@ -5,11 +5,14 @@
 #include <petscsys.h>
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "udar/motion/observer.hpp"
+#include "udar/motion/step_records.hpp"
 #include "udar/structure/mass_points.hpp"
 
 namespace udar {
@@ -36,7 +39,8 @@ struct EnergyFlow {
 /// @brief Impacts, rests, forces and energy of one step, of this rank's masses. Not collective.
 ///
 /// An integrator records what it finds as it finds it; `ContactState::commit` adds it up over the ranks. Rests and
-/// releases are written by `ContactState`, whose state they change.
+/// releases are written by `ContactState`, whose state they change. However much happens in a step, a rank holds some
+/// blocks of it (`StepRecords`).
 class ContactJournal {
  public:
   /// From one time to another [s].
@@ -53,8 +57,8 @@ class ContactJournal {
   /// @param points must outlive this object @param supports how many there are
   ContactJournal(const MassPoints& points, std::size_t supports) : points_{&points}, even_impulses_(supports, 0.0) {}
 
-  /// Makes room for so many impacts.
-  void reserve_impacts(std::size_t impacts) { impacts_.reserve(impacts); }
+  /// Where records of long steps wait. @see ScratchFile
+  void set_scratch_folder(const std::string& folder);
   /// @param node local @param impact whose node and place are still to be filled in
   void record_impact(std::size_t node, ImpactRecord impact);
   void record_rest(std::size_t node, PetscInt support, double time);
@@ -82,15 +86,16 @@ class ContactJournal {
   }
 
   /// Those of a node in order of time.
-  [[nodiscard]] const std::vector<ImpactRecord>& impacts() const noexcept { return impacts_; }
-  [[nodiscard]] const std::vector<RestRecord>& rests() const noexcept { return rests_; }
-  [[nodiscard]] std::span<const Contact> contacts() const noexcept { return contacts_; }
+  [[nodiscard]] const StepRecords<ImpactRecord>& impacts() const noexcept { return impacts_; }
+  [[nodiscard]] const StepRecords<RestRecord>& rests() const noexcept { return rests_; }
+  [[nodiscard]] const StepRecords<Contact>& contacts() const noexcept { return contacts_; }
   /// Empty: no support pressed on the line.
   [[nodiscard]] const std::optional<Interval>& line_contact() const noexcept { return line_contact_; }
   [[nodiscard]] const EnergyFlow& flow() const noexcept { return flow_; }
   /// Energy that this rank's masses lost in the step before a time [J].
   [[nodiscard]] double lost_before(double time) const;
-  /// @brief Adds to `sums` what each support gave to this rank's masses in the step before a time [N s], y up.
+  /// @brief Adds to `sums`, which begin at 0, what each support gave to this rank's masses in the step before a time [N
+  /// s], y up.
   /// @param passed share of the step that has passed by then
   void add_impulses(double time, double passed, std::span<double> sums) const;
 
@@ -108,13 +113,23 @@ class ContactJournal {
     double energy;
   };
 
+  /// What impacts before a time came to.
+  struct Sums {
+    double time = std::numeric_limits<double>::quiet_NaN();  // not a number: not known
+    double lost = 0.0;
+    std::vector<double> impulses{};  // by support
+  };
+
+  [[nodiscard]] const Sums& impacts_before(double time) const;
+
   const MassPoints* points_;
-  std::vector<ImpactRecord> impacts_;
-  std::vector<RestRecord> rests_;
+  StepRecords<ImpactRecord> impacts_;
+  mutable Sums before_;  // the same of the latest time that was asked for: one reading for all that ask
+  StepRecords<RestRecord> rests_;
   std::vector<double> even_impulses_;  // per support, of forces that are even over the step
-  std::vector<Force> forces_;          // of parts of the step
-  std::vector<Contact> contacts_;
-  std::vector<Loss> losses_;  // besides those of the impacts
+  StepRecords<Force> forces_;          // of parts of the step
+  StepRecords<Contact> contacts_;
+  StepRecords<Loss> losses_;  // besides those of the impacts
   std::optional<Interval> line_contact_;
   EnergyFlow flow_;
 };

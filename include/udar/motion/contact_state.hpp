@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "udar/contact/line_contact.hpp"
@@ -124,6 +125,8 @@ class ContactState {
   /// @{
   [[nodiscard]] ContactJournal& journal() noexcept { return journal_; }
   [[nodiscard]] const ContactJournal& journal() const noexcept { return journal_; }
+  /// Where what happens in a long step waits. @see ScratchFile
+  void set_scratch_folder(const std::string& folder);
   /// @param loss of energy besides that of an impact [J]
   void bring_to_rest(std::size_t node, const ContactSet& set, double time, double loss = 0.0);
   void release(std::size_t node, const ContactSet& set, double time);
@@ -192,7 +195,7 @@ class ContactState {
   bool any_elastic_ = false;  // some support of the whole structure gives way to masses
   std::vector<std::int32_t> resting_;
   std::size_t local_resting_ = 0;
-  std::vector<Change> changes_;  // of the step
+  StepRecords<Change> changes_;  // of the step
   ContactJournal journal_;
   ContactTimes times_;
   ContactTotals totals_;

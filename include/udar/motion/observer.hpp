@@ -12,6 +12,7 @@
 #include <span>
 #include <string_view>
 
+#include "udar/motion/step_records.hpp"
 #include "udar/structure/field.hpp"
 
 namespace udar {
@@ -156,9 +157,9 @@ class Observer {
   [[nodiscard]] virtual double interval() const { return 0.0; }
   /// The state at such a time.
   virtual void snapshot(const Snapshot& /*state*/) {}
-  /// Impacts and rest events of this rank in one step, those of a node in order of time (spans may be empty here and
-  /// not elsewhere).
-  virtual void events(std::span<const ImpactRecord> /*impacts*/, std::span<const RestRecord> /*rests*/,
+  /// Impacts and rest events of this rank in one step, those of a node in order of time (there may be none here and
+  /// some elsewhere). To be read in order, a block at a time: nobody holds all of them.
+  virtual void events(const StepRecords<ImpactRecord>& /*impacts*/, const StepRecords<RestRecord>& /*rests*/,
                       const EventCounts& /*all*/) {}
   /// After every accepted step.
   virtual void step(const Progress& /*progress*/) {}

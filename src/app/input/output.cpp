@@ -100,8 +100,8 @@ OutputInput read_output(MPI_Comm comm, const StructureInput& structure) {
                 "fields that are written, by their names in results.h5 (docs/output.md); all");
   PetscInt compression = input.output.content.compression;
   group.integer("-output_compression", compression, petsc::between(0, 9),
-                "gzip level of fields in results.h5, from 1, fast, to 9; 0: as they are. Rows below 4 KiB stay as they "
-                "are");
+                "gzip level of fields and lists of events in results.h5, from 1, fast, to 9; 0: as they are. Rows of "
+                "fields below 4 KiB stay as they are");
   input.output.content.compression = static_cast<int>(compression);
   input.output.content.impacts = read_lists(group);
   read_rows(group, input.output);
