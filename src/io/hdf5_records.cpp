@@ -166,9 +166,9 @@ std::map<std::string, std::string> Hdf5File::waiting() const {
   return all;
 }
 
-void Hdf5File::set_waiting(const std::string& name, const std::string& rows) {
-  const auto* const bytes = reinterpret_cast<const std::byte*>(rows.data());
-  growing_.at(name).waiting.assign(bytes, bytes + (rank_ == 0 ? rows.size() : 0));
+void Hdf5File::set_waiting(const std::string& name, const std::string& records) {
+  const auto* const bytes = reinterpret_cast<const std::byte*>(records.data());
+  growing_.at(name).waiting.assign(bytes, bytes + (rank_ == 0 ? records.size() : 0));
 }
 
 }  // namespace udar::io

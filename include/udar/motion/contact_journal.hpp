@@ -104,13 +104,13 @@ class ContactJournal {
 
  private:
   struct Force {
-    PetscInt support;
-    double impulse;
-    Interval time;
+    PetscInt support = 0;
+    double impulse = 0.0;
+    Interval time{};
   };
   struct Loss {
-    double time;
-    double energy;
+    double time = 0.0;
+    double energy = 0.0;
   };
 
   /// What impacts before a time came to.

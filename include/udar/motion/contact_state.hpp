@@ -176,8 +176,8 @@ class ContactState {
 
  private:
   struct Change {
-    std::size_t node;
-    std::int32_t before;
+    std::size_t node = 0;
+    std::int32_t before = 0;
   };
 
   void set_resting(std::size_t node, PetscInt support);

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <limits>
 #include <span>
 #include <string>
@@ -30,16 +29,13 @@ class StepRecords {
 
   class Iterator {
    public:
-    using iterator_category = std::input_iterator_tag;
     using value_type = Record;
     using difference_type = std::ptrdiff_t;
-    using pointer = const Record*;
-    using reference = const Record&;
 
     Iterator() = default;
     Iterator(const StepRecords& all, std::size_t at) : all_{&all}, at_{at} {}
-    reference operator*() const { return (*all_)[at_]; }
-    pointer operator->() const { return &(*all_)[at_]; }
+    const Record& operator*() const { return (*all_)[at_]; }
+    const Record* operator->() const { return &(*all_)[at_]; }
     Iterator& operator++() {
       ++at_;
       return *this;
