@@ -1,6 +1,7 @@
 # How every target of this project is compiled.
 
-# udar_own_code(TARGET): our warnings, sanitizers and processor flags, none of which a user of the library inherits.
+# udar_own_code(TARGET [OPEN]): our warnings, sanitizers and processor flags, none of which a user of the library
+# inherits. OPEN: whoever loads it has symbols that it needs.
 function(udar_own_code target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
                                            -ffile-prefix-map=${PROJECT_SOURCE_DIR}/=)
@@ -23,7 +24,7 @@ function(udar_own_code target)
       target_compile_options(${target} PRIVATE -fno-sanitize=alignment)
     endif()
     target_link_options(${target} PRIVATE -fsanitize=${UDAR_SANITIZE})
-  else()
+  elseif(NOT "OPEN" IN_LIST ARGN)
     target_link_options(${target} PRIVATE LINKER:--no-undefined)
   endif()
 endfunction()
@@ -53,7 +54,7 @@ endfunction()
 # udar_add_python_package(FOLDER): a package, in `python` of the build folder and where Debian's Python looks for it.
 set(UDAR_PYTHON_DIR lib/python3/dist-packages CACHE STRING "Where Python modules are installed, below the prefix")
 function(udar_add_python_package folder)
-  set(patterns *.py *.js *.css *.html *.md LICENSE.* py.typed)
+  set(patterns *.py *.pyi *.js *.css *.html *.md LICENSE.* py.typed)
   list(TRANSFORM patterns PREPEND ${folder}/)
   file(GLOB_RECURSE files CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${folder} ${patterns})
   cmake_path(GET folder FILENAME name)
@@ -63,6 +64,34 @@ function(udar_add_python_package folder)
     file(COPY ${folder}/${file} DESTINATION ${PROJECT_BINARY_DIR}/python/${name}/${inside})
     install(FILES ${folder}/${file} DESTINATION ${UDAR_PYTHON_DIR}/${name}/${inside})
   endforeach()
+endfunction()
+
+# udar_add_python_module(SOURCES PACKAGE): the extension _core of a package, beside it in the build folder and where it
+# is installed, for the Python that was found. Sanitized there is none, for that Python could not load it.
+option(UDAR_PYTHON_MODULE "Build udar.core where pybind11 and Python's headers are found" ON)
+function(udar_add_python_module sources folder)
+  if(NOT UDAR_PYTHON OR NOT UDAR_PYTHON_MODULE OR UDAR_SANITIZE)
+    return()
+  endif()
+  set(Python_EXECUTABLE ${UDAR_PYTHON})
+  find_package(Python 3 QUIET COMPONENTS Interpreter Development.Module)
+  find_package(pybind11 2.10 CONFIG QUIET)
+  if(NOT Python_Development.Module_FOUND OR NOT pybind11_FOUND)
+    message(STATUS "no udar.core: it needs pybind11 and Python's headers (Debian: pybind11-dev, python3-dev)")
+    return()
+  endif()
+  cmake_path(GET folder FILENAME package)
+  file(GLOB files CONFIGURE_DEPENDS ${sources}/*.cpp)
+  pybind11_add_module(udar_python MODULE NO_EXTRAS ${files})
+  udar_own_code(udar_python OPEN)
+  target_include_directories(udar_python PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  target_link_libraries(udar_python PRIVATE udar::udar ${CMAKE_DL_LIBS})
+  cmake_path(SET inside NORMALIZE ${CMAKE_INSTALL_PREFIX}/${UDAR_PYTHON_DIR}/${package})
+  file(RELATIVE_PATH library_from_module ${inside} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(udar_python PROPERTIES OUTPUT_NAME _core LIBRARY_OUTPUT_DIRECTORY
+                                               ${PROJECT_BINARY_DIR}/python/${package}
+                                               INSTALL_RPATH "$ORIGIN/${library_from_module}")
+  install(TARGETS udar_python LIBRARY DESTINATION ${UDAR_PYTHON_DIR}/${package})
 endfunction()
 
 # udar_add_manual(PROGRAM_TARGET...): manual pages and completions of bash, zsh and fish, made of what the programs say

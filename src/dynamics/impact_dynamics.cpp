@@ -287,10 +287,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   guards_.see({.time = time, .before = before, .now = now, .masses = row.masses, .tolerance = stepping_.tolerance});
   guards_.tell(guards_.waiting());
   std::ranges::transform(contact_.support_impulses(), row.support_impulse, row.support_impulse.begin(), std::plus{});
-  row.line_position = model_->equations.line_stretch(row.line);
-  for (std::size_t i = 0; i < count(); ++i) {
-    row.line_position[i] += row.masses.position[i];
-  }
+  row.line_position = model_->equations.line_position(row.line, row.masses.position);
   if (const HeldPlaces& held = model_->equations.held(); !held.empty()) {
     row.places = held.states({time, kinks_.piece_begin(time_, time)}, model_->loads, row.masses.position,
                              row.line_position, model_->equations.axis());
@@ -431,20 +428,28 @@ void ImpactDynamics::after_step() {
   const double next_step = integrator.next_step();
   limit_step(step_was_cut_ ? std::max(next_step, wanted_step_) : next_step);
   UDAR_CALL(TSGetStepRejections(stepping_.ts, &counters_.rejected_steps));
-  if (asked.stop) {
-    UDAR_CALL(TSSetConvergedReason(stepping_.ts, TS_CONVERGED_USER));
-  } else if (stepping_.end_time - time <= time_resolution(stepping_.end_time)) {
-    UDAR_CALL(TSSetConvergedReason(stepping_.ts, TS_CONVERGED_TIME));
+  const bool at_end = stepping_.end_time - time <= time_resolution(stepping_.end_time);
+  if (asked.stop || at_end || requests_.until - time <= time_resolution(time)) {
+    UDAR_CALL(TSSetConvergedReason(stepping_.ts, at_end && !asked.stop ? TS_CONVERGED_TIME : TS_CONVERGED_USER));
   }
   tell_progress(asked.checkpoint);
 }
 
 void ImpactDynamics::solve() {
+  advance(kInfinity);
+  for (Observer* observer : schedule_.observers()) {
+    const petsc::LogScope output{petsc::log_events().output};
+    observer->finish();
+  }
+}
+
+void ImpactDynamics::advance(double until) {
+  requests_.until = until;
   if (phase_ != Phase::running) {
     start();
   }
   completed_ = stepping_.end_time - time_ <= time_resolution(stepping_.end_time);
-  if (!completed_) {
+  if (!completed_ && until - time_ > time_resolution(time_)) {
     try {
       UDAR_CALL(TSSolve(stepping_.ts, nullptr));
       TSConvergedReason reason = TS_CONVERGED_ITERATING;
@@ -462,10 +467,6 @@ void ImpactDynamics::solve() {
       stepping_.integrator->return_to_start();
       throw;
     }
-  }
-  for (Observer* observer : schedule_.observers()) {
-    const petsc::LogScope output{petsc::log_events().output};
-    observer->finish();
   }
 }
 

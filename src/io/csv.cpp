@@ -57,13 +57,21 @@ std::string energy_header() {
          "lost_in_dampers,radiated,lost_in_hinges,total,drift\n";
 }
 
+std::array<double, 14> energy_columns(const EnergyLedger& row) {
+  return {row.kinetic,         row.line_strain,     row.fictitious_springs, row.load_potential,
+          row.support_springs, row.load_work,       row.support_work,       row.base_work,
+          row.lost_in_impacts, row.lost_in_dampers, row.radiated,           row.lost_in_hinges,
+          row.total(),         row.drift()};
+}
+
 std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows) {
   std::string text;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const EnergyLedger& row = rows[i];
-    append_row(text, times[i], row.kinetic, row.line_strain, row.fictitious_springs, row.load_potential,
-               row.support_springs, row.load_work, row.support_work, row.base_work, row.lost_in_impacts,
-               row.lost_in_dampers, row.radiated, row.lost_in_hinges, row.total(), row.drift());
+    append_number(text, times[i]);
+    for (const double column : energy_columns(rows[i])) {
+      append_field(text, column);
+    }
+    text += '\n';
   }
   return text;
 }

@@ -9,6 +9,10 @@
 #include <type_traits>
 #include <vector>
 
+#include "io/input_file.hpp"
+#include "udar/io/file_rows.hpp"
+#include "udar/structure/mass_points.hpp"
+
 namespace udar::io {
 
 /// @brief The records of all ranks, one rank's behind the other's, on rank 0; nothing on the others.
@@ -42,6 +46,24 @@ template <class Record>
   std::ranges::stable_sort(
       all, [](const Record& a, const Record& b) { return a.time < b.time || (a.time == b.time && a.node < b.node); });
   return all;
+}
+
+/// @brief Rank 0's records on every rank. @note Collective.
+template <class Record>
+[[nodiscard]] std::vector<Record> shared(MPI_Comm comm, std::vector<Record> records) {
+  static_assert(std::is_trivially_copyable_v<Record>);
+  auto count = static_cast<unsigned long long>(records.size());
+  MPI_Bcast(&count, 1, MPI_UNSIGNED_LONG_LONG, 0, comm);
+  records.resize(count);
+  broadcast(comm, records.data(), records.size() * sizeof(Record));
+  return records;
+}
+
+/// A record of this rank with the number that its node has in the user's model.
+template <class Record>
+[[nodiscard]] Record in_user_numbers(Record record, const MassPoints& points, const FileRows& rows) {
+  record.node = static_cast<PetscInt>(rows.number(static_cast<std::size_t>(record.node - points.begin())));
+  return record;
 }
 
 }  // namespace udar::io

@@ -215,11 +215,6 @@ class EventWriter final : public BlockWriter {
   }
 
  private:
-  template <class Record>
-  void name_as_user_does(Record& record) const {
-    record.node = static_cast<PetscInt>(rows_->number(static_cast<std::size_t>(record.node - points_->begin())));
-  }
-
   /// Whether the node is one of those that are written about.
   template <class Record>
   [[nodiscard]] bool covers(const Record& record) const {
@@ -241,8 +236,7 @@ class EventWriter final : public BlockWriter {
               part.reserve(count);
               for (; part.size() < count; ++at) {
                 if (covers(*at)) {
-                  part.push_back(*at);
-                  name_as_user_does(part.back());
+                  part.push_back(in_user_numbers(*at, *points_, *rows_));
                 }
               }
               return std::span<const Record>{part};
@@ -255,7 +249,9 @@ class EventWriter final : public BlockWriter {
   void take_merged(double time) {
     MPI_Allreduce(MPI_IN_PLACE, &time, 1, MPI_DOUBLE, MPI_MAX, comm_);
     std::vector<MergedImpact> taken = merger_->take(time);
-    std::ranges::for_each(taken, [this](MergedImpact& impact) { name_as_user_does(impact); });
+    for (MergedImpact& impact : taken) {
+      impact = in_user_numbers(impact, *points_, *rows_);
+    }
     auto all = static_cast<PetscInt>(taken.size());
     MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPIU_INT, MPI_SUM, comm_);
     merged_->add(RowStream<MergedImpact>{taken}, all, merged_rows);

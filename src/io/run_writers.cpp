@@ -23,6 +23,10 @@ class ForceSampler final : public Observer {
 
 }  // namespace
 
+std::unique_ptr<Observer> make_force_sampler(SupportForces& forces, double interval) {
+  return std::make_unique<ForceSampler>(forces, interval);
+}
+
 double sampling_interval(double interval, double longest) {
   constexpr double kRounding = 1e-6;  // of a part: decimal fractions that rounding has touched
   return longest > 0.0 ? interval / std::max(1.0, std::ceil(interval / longest - kRounding)) : interval;
@@ -48,7 +52,7 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   if (forces != nullptr && forces->supports() > 0) {
     writers.push_back(make_contact_writer(layout, folder, results, interval, *forces));
     if (sampling < interval) {
-      writers.push_back(std::make_unique<ForceSampler>(*forces, sampling));
+      writers.push_back(make_force_sampler(*forces, sampling));
     }
   }
   writers.push_back(make_envelope_writer(layout, folder, results, sampling, peaks));

@@ -29,6 +29,9 @@ class SharedResults {
   std::shared_ptr<ResultsFile> file_;
 };
 
+/// @brief Looks for peaks of forces between rows. @param interval between samples [s]
+[[nodiscard]] std::unique_ptr<Observer> make_force_sampler(SupportForces& forces, double interval);
+
 /// @name Each makes the writer of some files; `folder` ends with a slash, `interval` is between rows [s]
 /// @{
 /// gauges.csv.

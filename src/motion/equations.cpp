@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -118,6 +119,12 @@ std::vector<double> Equations::line_stretch(const LineState& state) const {
   std::vector<double> stretch = state.stretch;
   line_->line_stretch(state.amplitude, stretch);
   return stretch;
+}
+
+std::vector<double> Equations::line_position(const LineState& state, std::span<const double> mass_position) const {
+  std::vector<double> position = line_stretch(state);
+  std::ranges::transform(position, mass_position, position.begin(), std::plus{});
+  return position;
 }
 
 EnergyLedger Equations::energy(const LineState& state, std::span<const double> mass_position,

@@ -19,21 +19,13 @@
 namespace udar::petsc {
 namespace {
 
-std::map<std::string, std::string>& places() {
-  static std::map<std::string, std::string> all;
-  return all;
-}
-
-std::vector<std::string>& mutable_files() {
-  static std::vector<std::string> files;
-  return files;
-}
-
 /// The whole file as rank 0 reads it, on all ranks.
-std::string shared_file(const std::string& path) {
+std::string shared_file(MPI_Comm comm, const std::string& path) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
   std::string failure;
   std::string text;
-  if (Session::on_first_rank()) {
+  if (rank == 0) {
     errno = 0;
     std::ifstream file{path, std::ios::binary};
     const bool empty = file.peek() == std::ifstream::traits_type::eof();  // opening a folder succeeds, reading does not
@@ -51,8 +43,8 @@ std::string shared_file(const std::string& path) {
       failure = "option -options_file: cannot read '" + path + "': " + std::strerror(errno != 0 ? errno : EIO);
     }
   }
-  throw_together<InputError>(PETSC_COMM_WORLD, failure);
-  return shared_text(text);
+  throw_together<InputError>(comm, failure);
+  return shared_text(comm, text);
 }
 
 /// As PETSc does: by the name, or by how the text starts.
@@ -65,7 +57,7 @@ bool is_yaml(const std::string& path, const std::string& text) {
 void insert_yaml(const std::string& text, const std::string& name) {
   for (const GivenOption& option : read_yaml(text, name)) {
     UDAR_CALL(PetscOptionsSetValue(nullptr, option.key.c_str(), option.value ? option.value->c_str() : nullptr));
-    places()[option.key] = " (" + name + " line " + std::to_string(option.line) + ")";
+    option_origins().places[option.key] = " (" + name + " line " + std::to_string(option.line) + ")";
   }
 }
 
@@ -89,7 +81,7 @@ std::vector<OptionSource> take_sources(std::vector<std::string>& words) {
   return sources;
 }
 
-void insert_source(const OptionSource& source) {
+void insert_source(MPI_Comm comm, const OptionSource& source) {
   if (source.text.empty()) {
     throw InputError{"option -options_file needs a value: the name of a case file"};
   }
@@ -101,38 +93,44 @@ void insert_source(const OptionSource& source) {
   constexpr std::string_view kForced{":yaml"};
   const bool forced = source.kind == OptionSource::Kind::yaml_file || path.ends_with(kForced);
   path.resize(path.ends_with(kForced) ? path.size() - kForced.size() : path.size());
-  const std::string text = shared_file(path);
-  mutable_files().push_back(path);
+  const std::string text = shared_file(comm, path);
+  option_origins().files.push_back(path);
   if (forced || is_yaml(path, text)) {
     insert_yaml(text, path);
     return;
   }
   std::string failure;
-  if (PetscOptionsInsertFile(PETSC_COMM_WORLD, nullptr, path.c_str(), PETSC_TRUE) != 0) {
+  if (PetscOptionsInsertFile(comm, nullptr, path.c_str(), PETSC_TRUE) != 0) {
     failure = "option -options_file: '" + path +
               "' is neither YAML (its name ends in .yaml or .yml) nor a PETSc options file: " + take_error_message();
   }
-  throw_together<InputError>(PETSC_COMM_WORLD, failure);
+  throw_together<InputError>(comm, failure);
 }
 
-bool given_in_file(const std::string& key) { return places().contains(key); }
+OptionOrigins& option_origins() {
+  static OptionOrigins origins;
+  return origins;
+}
 
-const std::vector<std::string>& inserted_files() { return mutable_files(); }
+bool given_in_file(const std::string& key) { return option_origins().places.contains(key); }
 
-std::string shared_text(const std::string& own) {
+const std::vector<std::string>& inserted_files() { return option_origins().files; }
+
+std::string shared_text(MPI_Comm comm, const std::string& own) {
   auto length = static_cast<unsigned long long>(own.size());
-  MPI_Bcast(&length, 1, MPI_UNSIGNED_LONG_LONG, 0, PETSC_COMM_WORLD);
+  MPI_Bcast(&length, 1, MPI_UNSIGNED_LONG_LONG, 0, comm);
   std::string text = own;
   text.resize(length);
-  MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, 0, PETSC_COMM_WORLD);
+  MPI_Bcast(text.data(), static_cast<int>(length), MPI_CHAR, 0, comm);
   return text;
 }
 
 std::string place_of(const std::string& option) {
-  const auto found = places().find(option);
-  return found == places().end() ? "" : found->second;
+  const std::map<std::string, std::string>& places = option_origins().places;
+  const auto found = places.find(option);
+  return found == places.end() ? "" : found->second;
 }
 
-void forget_place(const std::string& option) { places().erase(option); }
+void forget_place(const std::string& option) { option_origins().places.erase(option); }
 
 }  // namespace udar::petsc

@@ -102,13 +102,13 @@ void keep_back_files_of_environment() {
 }
 
 void insert_environment(const std::string& options, const std::string& yaml) {
-  std::vector<std::string> words = option_words(shared_text(options));
+  std::vector<std::string> words = option_words(shared_text(PETSC_COMM_WORLD, options));
   for (const OptionSource& source : take_sources(words)) {
-    insert_source(source);
+    insert_source(PETSC_COMM_WORLD, source);
   }
   check_option_words(words, " in PETSC_OPTIONS");
-  if (const std::string text = shared_text(yaml); !text.empty()) {
-    insert_source({.kind = OptionSource::Kind::yaml_text, .text = text});
+  if (const std::string text = shared_text(PETSC_COMM_WORLD, yaml); !text.empty()) {
+    insert_source(PETSC_COMM_WORLD, {.kind = OptionSource::Kind::yaml_text, .text = text});
   }
 }
 
@@ -131,7 +131,7 @@ void Session::insert_options(const char* help) {
   insert_environment(environment_[0], environment_[1]);
   check_option_words(words_);
   for (const OptionSource& source : sources_) {
-    insert_source(source);
+    insert_source(PETSC_COMM_WORLD, source);
   }
   std::ranges::for_each(words_, forget_place);
   UDAR_CALL(PetscOptionsInsertArgs(nullptr, static_cast<int>(words_.size()), arguments_.data() + 1));  // over the files
@@ -221,6 +221,15 @@ bool Session::help_requested() {
 }
 
 const std::vector<std::string>& Session::options_files() { return inserted_files(); }
+
+void join_petsc() {
+  check(SlepcInitialize(nullptr, nullptr, nullptr, nullptr), "SlepcInitialize");
+  UDAR_CALL(register_log_events());
+}
+
+RecordedErrors::RecordedErrors() { PetscPushErrorHandler(record_error, nullptr); }
+
+RecordedErrors::~RecordedErrors() { PetscPopErrorHandler(); }
 
 std::string take_error_message() { return std::exchange(error_message(), {}); }
 

@@ -17,7 +17,16 @@ std::vector<std::string>& kept() {
   return texts;
 }
 
+bool& quiet() {
+  static bool now = false;
+  return now;
+}
+
 }  // namespace
+
+QuietWarnings::QuietWarnings() { quiet() = true; }
+
+QuietWarnings::~QuietWarnings() { quiet() = false; }
 
 void warn(MPI_Comm comm, const char* format, ...) {
   std::va_list values;
@@ -30,7 +39,9 @@ void warn(MPI_Comm comm, const char* format, ...) {
   va_end(again);
   if (std::ranges::find(kept(), text) == kept().end()) {
     keep_warning(text);
-    UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: %s\n", text.c_str()));
+    if (!quiet()) {
+      UDAR_CALL(PetscFPrintf(comm, PETSC_STDERR, "udar: warning: %s\n", text.c_str()));
+    }
   }
 }
 

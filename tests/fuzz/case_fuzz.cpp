@@ -13,7 +13,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string yaml{reinterpret_cast<const char*>(data), size};
   fuzz::allow_refusal([&] {
     fuzz::insert_case(yaml);
-    petsc::insert_source({.kind = petsc::OptionSource::Kind::yaml_text, .text = "structure_memory: 1e8\n"});
+    petsc::insert_source(PETSC_COMM_WORLD,
+                         {.kind = petsc::OptionSource::Kind::yaml_text, .text = "structure_memory: 1e8\n"});
     petsc::check_petsc_options();
     const app::CaseInput input = app::read_case(PETSC_COMM_WORLD);
     petsc::check_unknown_options(PETSC_COMM_WORLD);

@@ -55,7 +55,7 @@ void write_file(const std::string& name, std::string_view content) {
 void insert_case(const std::string& yaml) {
   static_cast<void>(petsc::take_warnings());
   UDAR_CALL(PetscOptionsClear(nullptr));
-  petsc::insert_source({.kind = petsc::OptionSource::Kind::yaml_text, .text = yaml});
+  petsc::insert_source(PETSC_COMM_WORLD, {.kind = petsc::OptionSource::Kind::yaml_text, .text = yaml});
 }
 
 }  // namespace udar::fuzz

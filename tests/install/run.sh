@@ -135,6 +135,19 @@ results = udar.run(prefix / "share" / "udar" / "examples" / "01-falling-beam" / 
                    filter_frequency=400, ts_max_time=0.01)
 assert len(results.gauges) == 11, results.gauges
 END
+if compgen -G "$prefix/lib/python3/dist-packages/udar/_core*.so" > /dev/null; then
+  "$mpiexec" -n 1 "${PYTHON:-python3}" -W ignore - "$prefix" << 'END'
+import sys
+
+from udar import core, open
+
+model = core.Model(core.Case(sys.argv[1] + "/share/udar/examples/01-falling-beam/case.yaml", filter_frequency=400,
+                             ts_max_time=0.01))
+gauges = model.record()
+model.advance()
+assert (gauges.gauges()["line_2"] == open("out/again").gauges["line_2"]).all()
+END
+fi
 unset PYTHONPATH
 udar-compare out/again out/again --tolerance 0 || fail "a run is itself"
 

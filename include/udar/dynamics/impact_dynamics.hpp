@@ -62,10 +62,16 @@ class ImpactDynamics {
   /// What becomes of a run that is worth a warning; by default nothing, as where errors are what is looked for.
   void set_guard(GuardMode mode) noexcept { guards_.set_mode(mode); }
 
-  /// @brief Runs from the present time to `-ts_max_time`.
+  /// @brief Runs from the present time to `-ts_max_time`, and tells the observers that this was all.
   /// @throws SolveError if the integration or a line solve fails, or a guard ends the run; the state is then that of
   /// the last good step
   void solve();
+  /// @brief The same up to the end of the first step that reaches a time [s], or to where the run ends: steps are those
+  /// of a run in one go, to the bit. Observers are not told of an end.
+  /// @throws as `solve`
+  void advance(double until);
+  /// @brief One step, whatever its length. @throws as `solve`
+  void step() { advance(time_ + 2.0 * time_resolution(time_) + std::numeric_limits<double>::min()); }
 
   [[nodiscard]] TS stepper() const noexcept { return stepping_.ts; }
   [[nodiscard]] double time() const noexcept { return time_; }                           ///< [s], of the last good step
@@ -85,6 +91,13 @@ class ImpactDynamics {
   [[nodiscard]] std::vector<FieldInfo> fields() const;
   /// Ym and Vm of the local nodes after the last good step [m], [m/s].
   [[nodiscard]] MassState masses() const;
+  /// @brief Yc of the local nodes then [m]. @note Collective: a line solve.
+  [[nodiscard]] std::vector<double> line_position() {
+    const std::vector<double> position = masses().position;
+    LineState line;
+    model_->equations.evaluate(time_, position, line);
+    return model_->equations.line_position(line, position);
+  }
 
   /// y-up impulse of every support on the masses so far [N s], equal on every rank.
   [[nodiscard]] const std::vector<double>& support_impulses() const noexcept { return contact_.support_impulses(); }
@@ -153,6 +166,7 @@ class ImpactDynamics {
   struct Requests {
     std::function<bool()> stop;
     std::function<bool()> checkpoint;
+    double until = 0.0;  // a step that reaches this time is the last for now [s]
   } requests_;
   double time_ = 0.0;
   double wanted_step_ = 0.0;

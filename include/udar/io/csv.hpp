@@ -4,6 +4,7 @@
 /// envelope.csv. Numbers have the fewest digits that read back to the same double; every row ends with a newline.
 /// @see docs/output.md
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -22,6 +23,8 @@ namespace udar::io {
 [[nodiscard]] std::string gauge_rows(std::span<const double> times, std::span<const double> values);
 
 [[nodiscard]] std::string energy_header();
+/// @brief What a row of it has behind its time [J], [1].
+[[nodiscard]] std::array<double, 14> energy_columns(const EnergyLedger& row);
 [[nodiscard]] std::string energy_rows(std::span<const double> times, std::span<const EnergyLedger> rows);
 
 [[nodiscard]] std::string impact_header();

@@ -88,6 +88,8 @@ class Equations {
   /// @brief Yc - Ym of the line [m], one value per local node: the stretch, less what corrected modes put into the
   /// pull.
   [[nodiscard]] std::vector<double> line_stretch(const LineState& state) const;
+  /// Yc of the line [m], one value per local node. @param mass_position Ym, for which `state` was found [m]
+  [[nodiscard]] std::vector<double> line_position(const LineState& state, std::span<const double> mass_position) const;
 
   /// @brief Kinetic, strain, spring and load energy [J], of supports' springs that of those that hold the line. The
   /// scale of the ledger is what rounding alone lets one judge by; its other entries are left at zero.

@@ -60,6 +60,20 @@ class Session {
   bool version_ = false;
 };
 
+/// @brief Instead of a `Session` where others have started PETSc, or will end it: starts SLEPc, and PETSc where it is
+/// not up yet. No option is read. May be called again. @note Collective over `PETSC_COMM_WORLD`.
+void join_petsc();
+
+/// @brief While it lives a failing PETSc call prints nothing, and its message travels in `petsc::Error`, as in a
+/// `Session`: for calls into udar from programs with an error handler of their own. @note Not collective.
+class RecordedErrors {
+ public:
+  RecordedErrors();
+  RecordedErrors(const RecordedErrors&) = delete;
+  RecordedErrors& operator=(const RecordedErrors&) = delete;
+  ~RecordedErrors();
+};
+
 /// @brief The message of the PETSc error that was raised last on this rank, empty if none; reading clears it.
 [[nodiscard]] std::string take_error_message();
 

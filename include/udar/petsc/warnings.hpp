@@ -26,4 +26,13 @@ void keep_warning(const std::string& text);
 /// @brief The texts kept since the last call, in order; forgets them.
 [[nodiscard]] std::vector<std::string> take_warnings();
 
+/// @brief While it lives warnings are kept and not printed: for those who tell them in their own way.
+class QuietWarnings {
+ public:
+  QuietWarnings();
+  QuietWarnings(const QuietWarnings&) = delete;
+  QuietWarnings& operator=(const QuietWarnings&) = delete;
+  ~QuietWarnings();
+};
+
 }  // namespace udar::petsc

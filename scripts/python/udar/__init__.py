@@ -13,6 +13,7 @@ frames    `Results`
 running   `run` and `resume`
 sweeping  `study`
 comparing `compare`; compare_cli: udar-compare
+core      the library in this process, compiled; imported by itself alone, as it starts MPI and PETSc
 curves    thinning, units that suit what is shown
 palette   colours, parts of the energy
 shapes    what of a displacement is deformation
