@@ -2,8 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <cstdint>
-
 #include "udar/petsc/error.hpp"
 #include "udar/petsc/session.hpp"
 
@@ -28,12 +26,16 @@ void require_same_library(const char* package, const char* module, const char* f
   dlclose(loaded);
 }
 
-py::object wrapped(const char* type, PetscObject object) {
-  // What petsc4py offers to C, found at run time: PyObject *PyPetscVec_New(Vec), which takes a reference.
+/// What petsc4py offers to C, found at run time: `PyObject *PyPetscVec_New(Vec)`, which takes a reference, and `Vec
+/// PyPetscVec_Get(PyObject *)`, which lends one.
+template <class Function>
+Function* offered(const std::string& name) {
   const auto functions = py::module_::import("petsc4py.PETSc").attr("__pyx_capi__").cast<py::dict>();
-  const auto capsule = functions[(std::string{"PyPetsc"} + type + "_New").c_str()].cast<py::capsule>();
-  auto* make = reinterpret_cast<PyObject* (*)(PetscObject)>(capsule.get_pointer<void>());
-  PyObject* made = make(object);
+  return reinterpret_cast<Function*>(functions[name.c_str()].cast<py::capsule>().get_pointer<void>());
+}
+
+py::object wrapped(const std::string& type, PetscObject object) {
+  PyObject* made = offered<PyObject*(PetscObject)>("PyPetsc" + type + "_New")(object);
   if (made == nullptr) {
     throw py::error_already_set();
   }
@@ -83,7 +85,7 @@ Vec vector_of(MPI_Comm comm, const py::object& object, const std::string& what, 
   std::string failure;
   Vec vector = nullptr;
   if (py::isinstance(object, py::module_::import("petsc4py.PETSc").attr("Vec"))) {
-    vector = reinterpret_cast<Vec>(object.attr("handle").cast<std::uintptr_t>());
+    vector = offered<Vec(PyObject*)>("PyPetscVec_Get")(object.ptr());
   }
   PetscInt found = 0;
   if (vector == nullptr) {

@@ -29,7 +29,7 @@ class OpenMotion {
   ~OpenMotion() { close(); }
 
   void close() { let_go(std::exchange(motion_, nullptr)); }
-  [[nodiscard]] const std::shared_ptr<Motion>& shared() const {
+  [[nodiscard]] std::shared_ptr<Motion> shared() const {
     if (motion_ == nullptr) {
       throw InputError{"the model is closed"};
     }

@@ -5,6 +5,7 @@
 
 #include <exception>
 #include <string>
+#include <utility>
 
 #include "python/given_case.hpp"
 #include "python/handles.hpp"
@@ -32,9 +33,9 @@ void raise(PyObject* kind, const std::exception& error) {
   PyErr_SetString(kind, petsc::with_option_keys(error.what()).c_str());
 }
 
-void translate(std::exception_ptr failure) {  // NOLINT(performance-unnecessary-value-param): pybind11's signature
+void translate(std::exception_ptr failure) {
   try {
-    std::rethrow_exception(failure);
+    std::rethrow_exception(std::move(failure));
   } catch (const InputError& error) {
     raise(errors().user, error);
   } catch (const SolveError& error) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-# ranks: 1; size: medium
+# size: medium
 """udar.core: cases, models and results in memory, with mpi4py and petsc4py; on one rank here, on more by mpiexec."""
 
 import ast
