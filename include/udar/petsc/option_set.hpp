@@ -2,7 +2,7 @@
 /// @file
 /// Options of one case beside those of the process.
 
-#include <petscoptions.h>
+#include <petscsys.h>
 
 #include "udar/petsc/option_sources.hpp"
 
