@@ -9,6 +9,7 @@
 
 #include "udar/filter/rigid_shapes.hpp"
 #include "udar/petsc/error.hpp"
+#include "udar/petsc/warnings.hpp"
 
 namespace udar::app {
 namespace {
@@ -116,14 +117,13 @@ FilterParameters choose_filter(MPI_Comm comm, const ModelParameters& model, cons
     highest = modes.back().frequency;
   }
   const double wf = rounded_up(filter_frequency_for(highest, filter.accuracy));
-  UDAR_CALL(PetscPrintf(comm,
-                        "udar: filter frequency wf %.6g rad/s: frequencies up to %.6g rad/s are right to %.6g %%\n", wf,
-                        highest, 100.0 * filter.accuracy));
-  UDAR_CALL(PetscPrintf(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n"));
+  petsc::say(comm, "udar: filter frequency wf %.6g rad/s: frequencies up to %.6g rad/s are right to %.6g %%\n", wf,
+             highest, 100.0 * filter.accuracy);
+  petsc::say(comm, "  mode   w [rad/s]   filtered [rad/s]   error\n");
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const double filtered = filtered_frequency(modes[i].frequency, wf);
-    UDAR_CALL(PetscPrintf(comm, "  %4zu %11.6g %18.6g %8.4f %%\n", i + 1, modes[i].frequency, filtered,
-                          100.0 * (filtered / modes[i].frequency - 1.0)));
+    petsc::say(comm, "  %4zu %11.6g %18.6g %8.4f %%\n", i + 1, modes[i].frequency, filtered,
+               100.0 * (filtered / modes[i].frequency - 1.0));
   }
   FilterParameters chosen = filter.parameters;
   chosen.filter_frequency = wf;
@@ -147,10 +147,10 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
     const bool named = std::ranges::find(exact.named, number) != exact.named.end();
     mode.corrected = named || (number <= exact.lowest && mode.frequency <= wf);
     if (!mode.corrected && number <= exact.lowest) {
-      UDAR_CALL(PetscPrintf(comm,
-                            "udar: mode %d, %.10g rad/s, is above wf %.6g rad/s and left uncorrected; "
-                            "-filter_correct_mode %d would correct it\n",
-                            static_cast<int>(number), mode.frequency, wf, static_cast<int>(number)));
+      petsc::say(comm,
+                 "udar: mode %d, %.10g rad/s, is above wf %.6g rad/s and left uncorrected; "
+                 "-filter_correct_mode %d would correct it\n",
+                 static_cast<int>(number), mode.frequency, wf, static_cast<int>(number));
     }
   }
   for (std::size_t i = 0; i + 1 < modes.size(); ++i) {
@@ -164,8 +164,8 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
   std::vector<CorrectedMode> corrected;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i].corrected) {
-      UDAR_CALL(PetscPrintf(comm, "udar: mode %zu: filtered %.10g rad/s, corrected to %.10g rad/s\n", i + 1,
-                            modes[i].filtered, modes[i].frequency));
+      petsc::say(comm, "udar: mode %zu: filtered %.10g rad/s, corrected to %.10g rad/s\n", i + 1, modes[i].filtered,
+                 modes[i].frequency);
       numbers.push_back(static_cast<PetscInt>(i + 1));
       corrected.push_back({.frequency = modes[i].frequency, .shape = std::move(modes[i].shape)});
     }
@@ -177,11 +177,11 @@ std::vector<PetscInt> correct_modes(FilteredStructure& line, const ModeChoice& e
     const auto largest = [&line] { return largest_frequency(line).value_or(line.frequency_bound()); };
     const double before = largest();
     line.correct(std::move(corrected));
-    UDAR_CALL(PetscPrintf(comm,
-                          "udar: largest frequency %.10g rad/s before, %.10g rad/s with %zu corrected modes, at most "
-                          "%.10g rad/s; they cost %zu dot products and axpys a line solve and %zu bytes a node\n",
-                          before, largest(), numbers.size(), line.frequency_bound(), numbers.size(),
-                          numbers.size() * sizeof(double)));
+    petsc::say(comm,
+               "udar: largest frequency %.10g rad/s before, %.10g rad/s with %zu corrected modes, at most "
+               "%.10g rad/s; they cost %zu dot products and axpys a line solve and %zu bytes a node\n",
+               before, largest(), numbers.size(), line.frequency_bound(), numbers.size(),
+               numbers.size() * sizeof(double));
   }
   return numbers;
 }

@@ -22,21 +22,36 @@ bool& quiet() {
   return now;
 }
 
+std::string printed(const char* format, std::va_list values) {
+  std::va_list again;
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::max(std::vsnprintf(nullptr, 0, format, values), 0)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+  return text;
+}
+
 }  // namespace
 
-QuietWarnings::QuietWarnings() { quiet() = true; }
+QuietText::QuietText() { quiet() = true; }
 
-QuietWarnings::~QuietWarnings() { quiet() = false; }
+QuietText::~QuietText() { quiet() = false; }
+
+void say(MPI_Comm comm, const char* format, ...) {
+  std::va_list values;
+  va_start(values, format);
+  const std::string text = printed(format, values);
+  va_end(values);
+  if (!quiet()) {
+    UDAR_CALL(PetscPrintf(comm, "%s", text.c_str()));
+  }
+}
 
 void warn(MPI_Comm comm, const char* format, ...) {
   std::va_list values;
   va_start(values, format);
-  std::va_list again;
-  va_copy(again, values);
-  std::string text(static_cast<std::size_t>(std::max(std::vsnprintf(nullptr, 0, format, values), 0)), '\0');
+  const std::string text = printed(format, values);
   va_end(values);
-  std::vsnprintf(text.data(), text.size() + 1, format, again);
-  va_end(again);
   if (std::ranges::find(kept(), text) == kept().end()) {
     keep_warning(text);
     if (!quiet()) {

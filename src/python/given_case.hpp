@@ -66,7 +66,7 @@ class GivenCase {
    private:
     Alone alone_;
     petsc::RecordedErrors errors_;
-    petsc::QuietWarnings warnings_;
+    petsc::QuietText text_;
     petsc::OptionSet::InForce options_;
   };
 

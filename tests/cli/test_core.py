@@ -409,6 +409,13 @@ class Package(UdarTest):
             self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("impacts", done.stdout)
 
+    def test_it_says_nothing(self):
+        """What the program tells of modes and of the frequency it has chosen."""
+        done = self.python("from udar import core\n"
+                           "core.Model(core.Case('examples/01-falling-beam/case.yaml', filter_frequency='auto',\n"
+                           "                     filter_correct_modes=2)).advance(0.1)\n")
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
     def test_another_petsc_is_refused(self):
         """A copy of the library under another name is another one, with a state of its own."""
         maps = pathlib.Path("/proc/self/maps").read_text(encoding="utf-8")

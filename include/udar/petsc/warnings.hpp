@@ -26,13 +26,18 @@ void keep_warning(const std::string& text);
 /// @brief The texts kept since the last call, in order; forgets them.
 [[nodiscard]] std::vector<std::string> take_warnings();
 
-/// @brief While it lives warnings are kept and not printed: for those who tell them in their own way.
-class QuietWarnings {
+/// @brief Prints on `PETSC_STDOUT`, by rank 0 of `comm`, what a user may want to know of a choice.
+/// @param[in] format as for `printf` @note Not collective.
+[[gnu::format(printf, 2, 3)]] void say(MPI_Comm comm, const char* format, ...);
+
+/// @brief While it lives warnings are kept and not printed, and nothing is said: for those who tell them in their own
+/// way.
+class QuietText {
  public:
-  QuietWarnings();
-  QuietWarnings(const QuietWarnings&) = delete;
-  QuietWarnings& operator=(const QuietWarnings&) = delete;
-  ~QuietWarnings();
+  QuietText();
+  QuietText(const QuietText&) = delete;
+  QuietText& operator=(const QuietText&) = delete;
+  ~QuietText();
 };
 
 }  // namespace udar::petsc
