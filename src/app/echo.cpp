@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iomanip>
 #include <limits>
+#include <numbers>
 #include <sstream>
 #include <string>
 
@@ -211,6 +212,27 @@ void print_echo(const Case& input, const FilteredStructure& line, const std::vec
   UDAR_CALL(PetscPrintf(points.comm(), "%s", text.str().c_str()));
 }
 
+namespace {
+
+/// At nodes the way of a mass that travels has a kink; where it swings between two of them, each is a jolt.
+void warn_of_jolts(const Case& input, MPI_Comm comm) {
+  double longest = 0.0;
+  for (const BeamSegment& segment : input.beam.segments) {
+    longest = std::max(longest, segment.length / static_cast<double>(segment.elements));
+  }
+  for (const TravellingLoad& load : input.travelling_loads) {
+    const double swing = 2.0 * std::numbers::pi * std::abs(load.speed) / input.filter.filter_frequency;
+    if (std::ranges::any_of(load.mass, [](double mass) { return mass > 0.0; }) && longest > swing) {
+      petsc::warn(comm,
+                  "elements of %.3g m are longer than the %.3g m that a mass of -load_axles goes in a period of "
+                  "-filter_frequency: its force has a jolt at each node; take more -beam_elements or a lower frequency",
+                  longest, swing);
+    }
+  }
+}
+
+}  // namespace
+
 void warn_of_implausible(const Case& input, const Structure& structure) {
   const MassPoints& points = structure.points();
   const MPI_Comm comm = points.comm();
@@ -250,6 +272,7 @@ void warn_of_implausible(const Case& input, const Structure& structure) {
                   place_name(place, input.network ? &*input.network : nullptr).c_str(), start, name_of(structure));
     }
   }
+  warn_of_jolts(input, comm);
   if (const auto first = expected_contact(input, structure); first && *first > input.end_time) {
     petsc::warn(comm,
                 "the first contact is expected at t = %.4g s, after the end of the run at %g s; raise -ts_max_time",

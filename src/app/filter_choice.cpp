@@ -57,7 +57,7 @@ std::vector<Mode> modes_to_show(const Case& input, FilteredStructure& line) {
   }
   const bool fine = input.view || !input.is_beam();
   const auto coarse = fine ? std::nullopt : coarser(comm, input.beam, kEchoed);
-  if (!coarse && line.points().strikes().empty()) {
+  if (!coarse && line.points().of_nodes_alone()) {
     return lowest_modes(line, input.view ? 6 : kEchoed);
   }
   if (!coarse) {

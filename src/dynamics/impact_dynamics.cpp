@@ -244,6 +244,7 @@ void ImpactDynamics::emit_snapshots(double until) {
     Snapshot snapshot{
         .time = last_row_time_, .fields = fields, .energy = balance_.ledger(), .support_impulse = row.support_impulse};
     snapshot.places = row.places;
+    snapshot.riders = row.riders;
     schedule_.tell(snapshot, [&](double since) { return contact_.zone(since, within, row.resting, row.touched); });
   }
 }
@@ -292,6 +293,7 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
     row.places = held.states({time, kinks_.piece_begin(time_, time)}, model_->loads, row.masses.position,
                              row.line_position, model_->equations.axis());
   }
+  row.riders = model_->equations.riders(row.line, row.masses.position, row.masses.velocity);
   if (const LineContact* line_contact = model_->equations.line_contact(); !row.line.contact_force.empty()) {
     for (const std::size_t point : line_contact->mine()) {
       if (row.line.contact_force[point] > 0.0) {

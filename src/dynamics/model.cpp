@@ -1,5 +1,6 @@
 #include "udar/dynamics/model.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <string>
@@ -102,8 +103,13 @@ std::unique_ptr<const Structure> make_elastic(MPI_Comm comm, const ModelParamete
 
 std::unique_ptr<const Structure> make_structure(MPI_Comm comm, const ModelParameters& parameters) {
   std::unique_ptr<const Structure> structure = make_elastic(comm, parameters);
-  if (!parameters.strikers.empty() || !parameters.pairs.empty()) {
-    structure = std::make_unique<StruckStructure>(std::move(structure), parameters.strikers, parameters.pairs);
+  const auto carries = [](const TravellingLoad& load) {
+    return std::ranges::any_of(load.mass, [](double mass) { return mass != 0.0; });
+  };
+  if (!parameters.strikers.empty() || !parameters.pairs.empty() ||
+      std::ranges::any_of(parameters.travelling_loads, carries)) {
+    structure = std::make_unique<StruckStructure>(std::move(structure), parameters.strikers, parameters.pairs,
+                                                  parameters.travelling_loads);
   }
   return structure;
 }

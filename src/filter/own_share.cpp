@@ -74,8 +74,7 @@ double scattered(const MassPoints& points, std::size_t point) {
 
 std::vector<float> own_shares(FilteredStructure& structure, std::span<const std::size_t> points) {
   std::vector<float> shares;
-  if (const BeamChain* chain = structure.structure().chain();
-      chain != nullptr && structure.points().strikes().empty()) {
+  if (const BeamChain* chain = structure.structure().chain(); chain != nullptr && structure.points().of_nodes_alone()) {
     for (const std::size_t point : points) {
       shares.push_back(static_cast<float>(share_of_chain(*chain, structure.filter_frequency(), point)));
     }

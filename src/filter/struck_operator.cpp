@@ -88,6 +88,12 @@ void StruckColumns::complete(const double* force, double* stretch) const {
     stretch[centre] = strike.centre_of(of_node, of_other);
     stretch[gap] = strike.gap_of(of_node, of_other);
   });
+  for (const Rider& rider : points_->riders()) {  // what ties it to the line comes later
+    if (points_->owns(rider.point)) {
+      const auto point = static_cast<std::size_t>(rider.point - points_->begin());
+      stretch[point] = force != nullptr ? force[point] / (shift2_ * rider.mass) : 0.0;
+    }
+  }
 }
 
 void StruckColumns::reduce(double* stretch) const {

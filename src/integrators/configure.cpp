@@ -31,7 +31,7 @@ struct FeatureName {
   const char* words;
   const char* without;  // how to do without it
 };
-constexpr std::array<FeatureName, 18> kFeatureNames{{
+constexpr std::array<FeatureName, 19> kFeatureNames{{
     {Feature::filtered, "filter frequency", "the filtered beam", "none"},
     {Feature::unfiltered, "filter frequency", "the unfiltered beam (`filter frequency` none)", "a number > 0 [rad/s]"},
     {Feature::line_contact, "contact surface", "a line that supports hold (`contact surface` line)", "mass"},
@@ -47,6 +47,7 @@ constexpr std::array<FeatureName, 18> kFeatureNames{{
     {Feature::laws_of_line, "contact law", "supports with a law of contact (`contact law`)", "none"},
     {Feature::strikers, "striker mass",
      "masses that strike the structure (`striker mass`), nodes that touch each other (`pair normal`)", "none"},
+    {Feature::riders, "load axles", "masses that travel along the beam (`load axles`)", "forces alone"},
     {Feature::laws_of_strikers, "striker law",
      "strikers or pairs of nodes with a law of contact (`striker law`, `pair law`)", "none"},
     {Feature::yielding_held, "contact surface", "plastic hinges in a line that supports hold (`contact surface` line)",
@@ -220,6 +221,7 @@ Features needed_features(const ImpactProblem& problem) {
   needed.add(Feature::many_hinges, hinges != nullptr && hinges->hinges().size() > kFewPoints);
   needed.add(Feature::yielding_held, hinges != nullptr && on_line);
   needed.add(Feature::strikers, !equations.points().strikes().empty());
+  needed.add(Feature::riders, !equations.points().riders().empty());
   for (const Support& support : problem.contact->supports()) {
     needed.add(Feature::moving_supports, support.motion != nullptr);
     needed.add(Feature::friction, support.friction > 0.0);

@@ -138,6 +138,8 @@ void LocatedSteps::load_end(double time) {
 void LocatedSteps::find_rate(StepEnd& end) {
   end.rate.resize(count_);
   equations_->evaluate_rate({end.values + count_, count_}, end.rate);
+  equations_->add_carried_rate({end.line.time, motion_.begin()}, {end.values, count_}, {end.values + count_, count_},
+                               end.rate);
 }
 
 void LocatedSteps::return_to_start() {

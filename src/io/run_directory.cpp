@@ -26,8 +26,9 @@ namespace fs = std::filesystem;
 /// Any of these means that the folder holds a run.
 constexpr std::array kSignsOfARun{"summary.json", "results.h5", "gauges.csv"};
 /// What a run writes into from its start to its end.
-constexpr std::array kOpenFiles{"gauges.csv",         "strikers.csv", "places.csv",  "energy.csv", "impacts.csv",
-                                "impacts_merged.csv", "rests.csv",    "contact.csv", "results.h5", "results.xdmf"};
+constexpr std::array kOpenFiles{"gauges.csv",  "strikers.csv", "places.csv",         "axles.csv",
+                                "energy.csv",  "impacts.csv",  "impacts_merged.csv", "rests.csv",
+                                "contact.csv", "results.h5",   "results.xdmf"};
 /// What it writes at once, and the unfinished files a killed run may leave.
 constexpr std::array kOtherFiles{"summary.json",       "summary.json.tmp",  "results.vtkhdf",
                                  "results.vtkhdf.tmp", "paraview-state.py", "paraview-state.py.tmp",

@@ -47,6 +47,9 @@ std::vector<std::unique_ptr<Observer>> make_run_writers(const RunLayout& layout,
   if (layout.places > 0) {
     writers.push_back(make_place_writer(layout, folder, interval));
   }
+  if (!layout.points->riders().empty()) {
+    writers.push_back(make_axle_writer(layout, folder, interval));
+  }
   writers.push_back(make_energy_writer(layout, folder, results, interval));
   writers.push_back(make_event_writer(layout, folder, results, interval));
   if (forces != nullptr && forces->supports() > 0) {

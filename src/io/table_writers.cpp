@@ -36,24 +36,24 @@ class GaugeWriter final : public BlockWriter {
   TextFile file_;
 };
 
-/// Where places are that hold the structure and move, and their forces.
-class PlaceWriter final : public BlockWriter {
+/// What every rank is told alike, or the first one alone: some numbers of each of some things.
+class StateWriter final : public BlockWriter {
  public:
-  PlaceWriter(const RunLayout& layout, const std::string& path, double interval)
+  /// @param things how many @param columns of each @param numbers appends those of all to what it is given
+  StateWriter(const RunLayout& layout, const std::string& path, double interval, std::size_t things,
+              std::span<const std::string_view> columns,
+              std::function<void(const Snapshot&, std::vector<double>&)> numbers)
       : BlockWriter{interval},
         comm_{layout.comm()},
-        file_{comm_, path, {.header = gauge_header(layout.places, kColumns)}, layout.earlier} {}
+        numbers_{std::move(numbers)},
+        file_{comm_, path, {.header = gauge_header(things, columns)}, layout.earlier} {}
 
   void save(MotionState& state) const override { file_.save(state); }
 
  private:
-  static constexpr std::array<std::string_view, 3> kColumns{"displacement", "velocity", "force"};
-
   void add(const Snapshot& state) override {
     times_.push_back(state.time);
-    for (const auto& [displacement, velocity, force] : state.places) {
-      values_.insert(values_.end(), {displacement, velocity, force});
-    }
+    numbers_(state, values_);
   }
 
   void write() override {
@@ -67,9 +67,10 @@ class PlaceWriter final : public BlockWriter {
   void sync() override { file_.sync(); }
 
   MPI_Comm comm_;
+  std::function<void(const Snapshot&, std::vector<double>&)> numbers_;
   TextFile file_;
   std::vector<double> times_;   ///< of the rows that wait [s]
-  std::vector<double> values_;  ///< of these rows, place by place
+  std::vector<double> values_;  ///< of these rows, thing by thing
 };
 
 class EnergyWriter final : public BlockWriter {
@@ -161,7 +162,23 @@ std::unique_ptr<Observer> make_striker_writer(const RunLayout& layout, const std
 }
 
 std::unique_ptr<Observer> make_place_writer(const RunLayout& layout, const std::string& folder, double interval) {
-  return std::make_unique<PlaceWriter>(layout, folder + "places.csv", interval);
+  constexpr std::array<std::string_view, 3> kColumns{"displacement", "velocity", "force"};
+  return std::make_unique<StateWriter>(layout, folder + "places.csv", interval, layout.places, kColumns,
+                                       [](const Snapshot& state, std::vector<double>& values) {
+                                         for (const auto& [displacement, velocity, force] : state.places) {
+                                           values.insert(values.end(), {displacement, velocity, force});
+                                         }
+                                       });
+}
+
+std::unique_ptr<Observer> make_axle_writer(const RunLayout& layout, const std::string& folder, double interval) {
+  constexpr std::array<std::string_view, 5> kColumns{"x", "position", "velocity", "line", "force"};
+  return std::make_unique<StateWriter>(layout, folder + "axles.csv", interval, layout.points->riders().size(), kColumns,
+                                       [](const Snapshot& state, std::vector<double>& values) {
+                                         for (const auto& [x, height, velocity, below, force] : state.riders) {
+                                           values.insert(values.end(), {x, height, velocity, below, force});
+                                         }
+                                       });
 }
 
 std::unique_ptr<Observer> make_energy_writer(const RunLayout& layout, const std::string& folder,

@@ -43,6 +43,9 @@ class SharedResults {
 /// places.csv.
 [[nodiscard]] std::unique_ptr<Observer> make_place_writer(const RunLayout& layout, const std::string& folder,
                                                           double interval);
+/// axles.csv, of those with masses.
+[[nodiscard]] std::unique_ptr<Observer> make_axle_writer(const RunLayout& layout, const std::string& folder,
+                                                         double interval);
 /// energy.csv and /energy.
 [[nodiscard]] std::unique_ptr<Observer> make_energy_writer(const RunLayout& layout, const std::string& folder,
                                                            const std::shared_ptr<ResultsFile>& results,

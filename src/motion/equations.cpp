@@ -51,8 +51,29 @@ Equations::Equations(FilteredStructure& line, const Loads& loads, const InitialS
         "damping stiffness: not allowed with `contact surface` line or `filter frequency` none, expected 0 [s]: "
         "it is the damping of the free line, and no integrator solves for it and for contact forces in one iteration"};
   }
+  refuse_with_riders();
+  if (!line.points().riders().empty()) {
+    carried_ = std::make_unique<CarriedMasses>(line, initial, loads.gravity());
+  }
   axis_ = reference_axis(line.points(), initial);
   displacement_.resize(axis_.size());
+}
+
+/// What would have to know that the line's answer to the masses changes as some of them travel.
+void Equations::refuse_with_riders() const {
+  const auto refuse = [](bool whether, const char* with) {
+    if (whether) {
+      throw InputError{std::string{"load axles: masses are not allowed with "} + with + ", expected forces alone"};
+    }
+  };
+  if (!line_->points().riders().empty()) {
+    refuse(damping_.any() || !damping_ratio_.empty(),
+           "damping of the structure (`damping mass`, `damping stiffness`, `damping ratio`)");
+    refuse(line_contact_ != nullptr, "contact on the line (`contact surface` line)");
+    refuse(!line_->corrected_modes().empty(), "corrected modes (`filter correct modes`)");
+    refuse(!line_->moved().empty(), "a place that holds the structure rigidly and moves (`base motion place`)");
+    refuse(hinges_ != nullptr, "a beam that yields (`beam yield moment`)");
+  }
 }
 
 void Equations::evaluate(const Instant& at, std::span<const double> mass_position, LineState& state, bool with_moment,
@@ -90,6 +111,9 @@ void Equations::evaluate(const Instant& at, std::span<const double> mass_positio
     state.in_contact = line_contact_->apply(at.time, mass_position, state.stretch, state.amplitude, state.moment);
     state.contact_force.assign(line_contact_->forces().begin(), line_contact_->forces().end());
   }
+  if (carried_) {
+    carried_->apply(at, mass_position, state.stretch, state.moment, state.carried);
+  }
 }
 
 double Equations::frequency_bound() const {
@@ -98,6 +122,38 @@ double Equations::frequency_bound() const {
 
 void Equations::evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate) {
   line_->solve(mass_velocity, {}, stretch_rate, {});
+}
+
+void Equations::add_carried_rate(const Instant& at, std::span<const double> mass_position,
+                                 std::span<const double> mass_velocity, std::span<double> stretch_rate) {
+  if (carried_) {
+    LineState now;
+    evaluate(at, mass_position, now);
+    carried_->add_rate(at, mass_velocity, now.carried, load_rate(at.begin).stretch, stretch_rate);
+  }
+}
+
+std::vector<RiderState> Equations::riders(const LineState& state, std::span<const double> mass_position,
+                                          std::span<const double> mass_velocity) const {
+  std::vector<RiderState> states;
+  if (!carried_) {
+    return states;
+  }
+  std::vector<double> foot(mass_position.begin(), mass_position.end());
+  std::ranges::transform(foot, state.stretch, foot.begin(), std::plus{});
+  const std::vector<double> below = carried_->heights_below(foot, state.carried);
+  for (std::size_t i = 0; const Rider& rider : points().riders()) {
+    RiderState& now = states.emplace_back();
+    now.x = rider.passage.x(state.time);
+    now.below = below[i];
+    now.force = state.carried.force[i++];
+    if (points().owns(rider.point)) {
+      const auto point = static_cast<std::size_t>(rider.point - points().begin());
+      now.height = mass_position[point];
+      now.velocity = mass_velocity[point];
+    }
+  }
+  return states;
 }
 
 const LoadRate& Equations::load_rate(double time) {
@@ -157,6 +213,7 @@ EnergyLedger Equations::energy(const LineState& state, std::span<const double> m
             line_->filter_operator().strain_energy(displacement_, state.moment) +
             (hinges_ && points().begin() == 0 ? hinges_->stored(state.rotation) : 0.0);
   sums[4] = line_contact_ && filtered() ? line_contact_->spring_energy(state.contact_force) : 0.0;
+  sums[4] += carried_ && points().begin() == 0 ? carried_->spring_energy(state.carried) : 0.0;
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points().comm());
   EnergyLedger ledger;
   ledger.kinetic = sums[0];

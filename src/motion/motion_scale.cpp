@@ -155,6 +155,28 @@ Cause of_loads(Equations& equations, double end) {
   return cause;
 }
 
+/// How far the line goes under all masses that travel, if they stood in the middle.
+Cause of_riders(Equations& equations) {
+  Cause cause;
+  const MassPoints& points = equations.points();
+  if (points.riders().empty()) {
+    return cause;
+  }
+  std::vector<double> force(points.points(), 0.0);
+  if (const PetscInt middle = points.nearest({.x = points.extent().middle()}); points.owns(middle)) {
+    for (const Rider& rider : points.riders()) {
+      force[static_cast<std::size_t>(middle - points.begin())] += rider.mass * equations.loads().gravity();
+    }
+  }
+  std::vector<double> stretch(force.size());
+  const std::vector<double> still(force.size(), 0.0);
+  equations.line().solve(still, force, stretch, {});
+  for (const double away : stretch) {
+    cause.add(std::abs(away), 0.0);
+  }
+  return cause;
+}
+
 /// What no beam and no striker does at the start. @param nodes of the structure, without what strikes them
 void refuse_absurd(const MassPoints& points, const MassState& nodes, std::span<const double> axis) {
   constexpr double kLengths = 1000.0;  // offsets of linear theory are small against one
@@ -220,6 +242,7 @@ MotionScale motion_scale(Equations& equations, const InitialState& initial, std:
   causes[motion] = of_supports(equations, sets, end);
   causes[load] = of_loads(equations, end);
   const double gravity = std::abs(equations.loads().gravity());
+  causes[weight] = of_riders(equations);
   causes[weight].add(gravity / (wf * wf), gravity / wf);
   std::array<double, 2 * inputs + 1> largest{};
   for (std::size_t i = 0; i < inputs; ++i) {

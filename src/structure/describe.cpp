@@ -146,9 +146,11 @@ void describe(Description& all, std::span<const NodalLoad> loads) {
 void describe(Description& all, std::span<const TravellingLoad> loads) {
   const auto each = [&](std::string_view name, std::size_t index) {
     all.add_each(name, loads, [index](const TravellingLoad& load) {
-      const auto& [offset_below, force_below, speed, start] = load;
+      const auto& [offset_below, force_below, speed, start, mass_below, stiffness_below] = load;
       static_cast<void>(offset_below);
       static_cast<void>(force_below);
+      static_cast<void>(mass_below);
+      static_cast<void>(stiffness_below);
       return index == 0 ? speed : start;
     });
   };
@@ -156,6 +158,12 @@ void describe(Description& all, std::span<const TravellingLoad> loads) {
               [](const TravellingLoad& load) { return std::span<const double>{load.offset}; });
   all.add_all("axles, forces [N]", loads,
               [](const TravellingLoad& load) { return std::span<const double>{load.force}; });
+  if (std::ranges::any_of(loads, [](const TravellingLoad& load) { return !load.mass.empty(); })) {
+    all.add_all("axles, masses [kg]", loads,
+                [](const TravellingLoad& load) { return std::span<const double>{load.mass}; });
+    all.add_all("axles, stiffnesses of springs [N/m]", loads,
+                [](const TravellingLoad& load) { return std::span<const double>{load.stiffness}; });
+  }
   each("axles, speeds [m/s]", 0);
   each("axles, starts [s]", 1);
 }

@@ -74,11 +74,42 @@ std::vector<double> node_axis(const MassPoints& points, const InitialState& init
   return axis;
 }
 
+/// Masses that travel, on the line of the masses or on the road. @param nodes of these @note Collective.
+void place_riders(const MassPoints& points, const InitialState& initial, const MassState& nodes, MassState& masses) {
+  const std::span<const Rider> riders = points.riders();
+  if (riders.empty()) {
+    return;
+  }
+  const auto first = static_cast<std::size_t>(points.nodes().begin());
+  std::vector<double> sums(2 * riders.size(), 0.0);  // heights, velocities
+  for (std::size_t i = 0; i < riders.size(); ++i) {
+    const Passage::State at = riders[i].passage.at(0.0);
+    const std::array<double, 2> shares{1.0 - at.ahead, at.ahead};
+    const std::array<double, 2> rates{-at.rate, at.rate};
+    for (std::size_t k = 0; k < 2 && at.where == Passage::Where::on; ++k) {
+      if (const std::size_t node = at.node + k; node >= first && node - first < nodes.position.size()) {
+        sums[2 * i] += shares.at(k) * nodes.position[node - first];
+        sums[2 * i + 1] += shares.at(k) * nodes.velocity[node - first] + rates.at(k) * nodes.position[node - first];
+      }
+    }
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, points.comm());
+  for (std::size_t i = 0; i < riders.size(); ++i) {
+    if (points.owns(riders[i].point)) {
+      const auto point = static_cast<std::size_t>(riders[i].point - points.begin());
+      const Passage::Where where = riders[i].passage.at(0.0).where;
+      masses.position[point] =
+          where == Passage::Where::on ? sums[2 * i] : initial.axis(riders[i].passage.end(where), points.extent());
+      masses.velocity[point] = sums[2 * i + 1];
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial) {
   std::vector<double> axis = node_axis(points.nodes(), initial);
-  axis.resize(points.points());  // gaps to strikers strain nothing
+  axis.resize(points.points());  // gaps to strikers strain nothing, nor do masses that travel
   nodes_to_centres(points, axis);
   return axis;
 }
@@ -106,8 +137,10 @@ MassState initial_masses(const MassPoints& points, const InitialState& initial) 
     masses.position[point] += displacement;
     masses.velocity[point] += velocity;
   }
+  const MassState of_nodes = points.riders().empty() ? MassState{} : masses;
   masses.position.resize(points.points());
   masses.velocity.resize(points.points());
+  place_riders(points, initial, of_nodes, masses);
   each_own(points, [&](const Strike& strike, std::size_t both, std::size_t gap) {
     if (!strike.of_nodes()) {
       masses.position[gap] = strike.start;

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
 
+#include "structure/beam_nodes.hpp"
 #include "structure/place_algebra.hpp"
 #include "udar/petsc/error.hpp"
 
@@ -150,7 +153,9 @@ void add_pairs(const MassPoints& points, const std::vector<NodePair>& pairs, std
 std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Striker>& strikers,
                                const std::vector<NodePair>& pairs) {
   if (points.components() != 1) {
-    throw InputError{(strikers.empty() ? std::string{"pair from place"} : std::string{"striker position"}) +
+    throw InputError{(!strikers.empty() ? std::string{"striker position"}
+                      : !pairs.empty()  ? std::string{"pair from place"}
+                                        : std::string{"load axles"}) +
                      ": not allowed where points have several components"};
   }
   std::vector<Struck> own = own_struck(points, strikers);
@@ -158,8 +163,33 @@ std::vector<Struck> own_struck(const MassPoints& points, const std::vector<Strik
   return own;
 }
 
-/// Of centres of mass in place of their nodes and of gaps, those of strikers behind all nodes.
-std::vector<double> masses(const MassPoints& points, const std::vector<Struck>& own) {
+/// The masses among axles, without the points that they will be. @note Collective.
+std::vector<Rider> masses_of_axles(const MassPoints& points, std::span<const TravellingLoad> travelling) {
+  std::vector<Rider> riders;
+  for (const TravellingLoad& load : travelling) {
+    const auto x = std::make_shared<const std::vector<double>>(beam_nodes(points, "load axles"));
+    require_sound(load, x->size());
+    for (std::size_t axle = 0; axle < load.offset.size(); ++axle) {
+      const double stiffness = load.stiffness_of(axle);
+      if (load.mass_of(axle) > 0.0) {
+        riders.push_back({.point = 0,
+                          .mass = load.mass_of(axle),
+                          .stiffness = stiffness > 0.0 ? stiffness : std::numeric_limits<double>::infinity(),
+                          .passage = {load, axle, x}});
+      }
+    }
+  }
+  return riders;
+}
+
+bool on_first_rank(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank == 0;
+}
+
+/// Of centres of mass in place of their nodes and of gaps, those of strikers behind all nodes, then of what travels.
+std::vector<double> masses(const MassPoints& points, const std::vector<Struck>& own, std::span<const Rider> riders) {
   std::vector<double> mass{points.mass().begin(), points.mass().end()};
   for (const Struck& struck : own) {
     const double of_node = mass[struck.node];
@@ -171,6 +201,9 @@ std::vector<double> masses(const MassPoints& points, const std::vector<Struck>& 
     } else {
       mass.push_back(reduced);
     }
+  }
+  for (std::size_t i = 0; i < riders.size() && on_first_rank(points.comm()); ++i) {
+    mass.push_back(riders[i].mass);
   }
   return mass;
 }
@@ -187,29 +220,37 @@ std::vector<std::size_t> fixed_points(const MassPoints& points) {
 
 class StruckPoints final : public MassPoints {
  public:
-  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, const std::vector<NodePair>& pairs)
-      : StruckPoints{points, strikers, pairs, own_struck(points, strikers, pairs)} {}
+  StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, const std::vector<NodePair>& pairs,
+               std::span<const TravellingLoad> travelling)
+      : StruckPoints{points, strikers, pairs, own_struck(points, strikers, pairs),
+                     masses_of_axles(points, travelling)} {}
 
   [[nodiscard]] const MassPoints& nodes() const override { return *points_; }
   [[nodiscard]] std::size_t own_point(std::size_t point) const override {
-    return is_striker(point) ? gaps_[point - points_->points()].node : point;
+    return is_rider(point) ? 0 : is_striker(point) ? gaps_[point - points_->points()].node : point;
   }
   [[nodiscard]] std::span<const Strike> strikes() const override { return strikes_; }
+  [[nodiscard]] std::span<const Rider> riders() const override { return riders_; }
   [[nodiscard]] std::span<const NodeFrame> frames() const override { return points_->frames(); }
 
   [[nodiscard]] Direction direction(std::size_t point) const override {
-    return is_striker(point) ? Direction::y : points_->direction(point);
+    return is_behind(point) ? Direction::y : points_->direction(point);
   }
   [[nodiscard]] Place place(std::size_t point) const override { return points_->place(own_point(point)); }
   /// A gap is a difference of heights, which neither gravity nor a height of the whole changes.
-  [[nodiscard]] Place axis(std::size_t point) const override { return is_gap(point) ? Place{} : points_->axis(point); }
+  [[nodiscard]] Place axis(std::size_t point) const override {
+    return is_gap(point) ? Place{} : is_rider(point) ? kUp : points_->axis(point);
+  }
   [[nodiscard]] Place turning(std::size_t point) const override {
-    return is_striker(point) ? Place{} : points_->turning(point);
+    return is_behind(point) ? Place{} : points_->turning(point);
   }
   [[nodiscard]] std::optional<std::array<std::size_t, 2>> beside(std::size_t point) const override {
-    return is_striker(point) ? std::nullopt : points_->beside(point);
+    return is_behind(point) ? std::nullopt : points_->beside(point);
   }
   [[nodiscard]] std::int64_t number(std::size_t point) const override {
+    if (is_rider(point)) {
+      return first_rider_number_ + static_cast<std::int64_t>(point - points_->points() - gaps_.size());
+    }
     return is_striker(point) ? first_number_ + static_cast<std::int64_t>(gaps_[point - points_->points()].strike)
                              : points_->number(point);
   }
@@ -230,6 +271,9 @@ class StruckPoints final : public MassPoints {
       if (strike.gap == point && !strike.of_nodes()) {  // of its striker
         return {{.point = strike.centre, .share = 1.0}, {.point = strike.gap, .share = strike.gap_in_other()}};
       }
+    }
+    if (std::ranges::find(riders_, point, &Rider::point) != riders_.end()) {
+      return {{.point = point, .share = 1.0}};
     }
     const auto after = std::ranges::upper_bound(begins_, point) - begins_.begin() - 1;
     return of_structure(points_->height_of(point - begins_[static_cast<std::size_t>(after)] +
@@ -256,10 +300,11 @@ class StruckPoints final : public MassPoints {
 
  private:
   StruckPoints(const MassPoints& points, const std::vector<Striker>& strikers, const std::vector<NodePair>& pairs,
-               const std::vector<Struck>& own)
-      : MassPoints{points.comm(), 1, masses(points, own), fixed_points(points)},
+               const std::vector<Struck>& own, std::vector<Rider> riders)
+      : MassPoints{points.comm(), 1, masses(points, own, riders), fixed_points(points)},
         points_{&points},
         strikes_(strikers.size() + pairs.size()),
+        riders_{std::move(riders)},
         total_mass_{points.total_mass()} {
     for (const Struck& struck : own) {
       struck_.push_back(struck.node);
@@ -294,6 +339,13 @@ class StruckPoints final : public MassPoints {
       strike.start = pairs[k].gap;
       strike.touching -= pairs[k].gap;
     }
+    first_rider_number_ = first_number_ + static_cast<std::int64_t>(strikers.size());
+    auto point = static_cast<PetscInt>(points_->points() + gaps_.size());
+    MPI_Bcast(&point, 1, MPIU_INT, 0, comm());
+    for (Rider& rider : riders_) {
+      rider.point = point++;
+      total_mass_ += rider.mass;
+    }
   }
 
   /// From the rank that has them to all. @note Collective.
@@ -319,7 +371,9 @@ class StruckPoints final : public MassPoints {
     }
   }
 
-  [[nodiscard]] bool is_striker(std::size_t point) const { return point >= points_->points(); }
+  [[nodiscard]] bool is_behind(std::size_t point) const { return point >= points_->points(); }
+  [[nodiscard]] bool is_striker(std::size_t point) const { return is_behind(point) && !is_rider(point); }
+  [[nodiscard]] bool is_rider(std::size_t point) const { return point >= points_->points() + gaps_.size(); }
   [[nodiscard]] bool is_gap(std::size_t point) const {
     return is_striker(point) || std::ranges::binary_search(between_nodes_, point);
   }
@@ -364,18 +418,20 @@ class StruckPoints final : public MassPoints {
   std::vector<std::size_t> between_nodes_;  // points of nodes that are gaps, ascending
   std::vector<std::size_t> struck_;         // points of nodes
   std::vector<Strike> strikes_;
+  std::vector<Rider> riders_;
   std::vector<PetscInt> begins_;            // of the ranks' points
   std::vector<PetscInt> structure_begins_;  // the same of the structure's
   std::int64_t first_number_ = 0;           // of gaps
+  std::int64_t first_rider_number_ = 0;
   double total_mass_;
 };
 
 }  // namespace
 
 StruckStructure::StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers,
-                                 const std::vector<NodePair>& pairs)
+                                 const std::vector<NodePair>& pairs, std::span<const TravellingLoad> travelling)
     : structure_{std::move(structure)},
-      points_{std::make_unique<StruckPoints>(structure_->points(), strikers, pairs)} {}
+      points_{std::make_unique<StruckPoints>(structure_->points(), strikers, pairs, travelling)} {}
 
 void centres_to_nodes(const MassPoints& points, std::span<double> values) {
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {

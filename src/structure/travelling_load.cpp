@@ -30,6 +30,8 @@ struct Passing {
   }
 };
 
+}  // namespace
+
 void require_sound(const TravellingLoad& load, std::size_t nodes) {
   const auto finite = [](double value) { return std::isfinite(value); };
   if (load.offset.empty() || load.offset.size() != load.force.size() || !std::ranges::all_of(load.offset, finite) ||
@@ -40,6 +42,13 @@ void require_sound(const TravellingLoad& load, std::size_t nodes) {
     throw InputError{"load axles speed: " + std::to_string(load.speed) +
                      " is not allowed, expected a number other than 0 [m/s]"};
   }
+  const auto amount = [&](double value) { return finite(value) && value >= 0.0; };
+  const auto fits = [&](const std::vector<double>& values) {
+    return values.empty() || (values.size() == load.offset.size() && std::ranges::all_of(values, amount));
+  };
+  if (!fits(load.mass) || !fits(load.stiffness)) {
+    throw InputError{"load axles: expected a mass >= 0 [kg] and a stiffness >= 0 [N/m] for each axle, or none"};
+  }
   constexpr double kMost = 1e6;  // of axles on nodes: each is up to four rows of a table, on every rank
   if (static_cast<double>(nodes) * static_cast<double>(load.offset.size()) > kMost) {
     std::ostringstream message;
@@ -49,15 +58,13 @@ void require_sound(const TravellingLoad& load, std::size_t nodes) {
   }
 }
 
-}  // namespace
-
 std::vector<std::shared_ptr<const TimeTable>> node_tables(const TravellingLoad& load, std::span<const double> x) {
   require_sound(load, x.size());
   const std::size_t count = x.size();
   const bool rightward = load.speed > 0.0;
   const auto arrival = [&](std::size_t node, double offset) {
     const double way = rightward ? x[node] - x.front() : x.back() - x[node];
-    return load.start + (offset + way) / std::abs(load.speed);
+    return arrival_of(load.start, offset + way, load.speed);
   };
   std::vector<std::shared_ptr<const TimeTable>> tables;
   tables.reserve(count);

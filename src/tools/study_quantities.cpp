@@ -20,7 +20,7 @@ namespace udar::study {
 
 namespace {
 
-/// Of this rank's strikers [J].
+/// Of this rank's strikers and masses that travel [J].
 double striking_energy(const MassPoints& points, std::span<const double> velocity) {
   double energy = 0.0;
   each_own(points, [&](const Strike& strike, std::size_t centre, std::size_t gap) {
@@ -30,6 +30,12 @@ double striking_energy(const MassPoints& points, std::span<const double> velocit
     const double speed = strike.other_of(velocity[centre], velocity[gap]);
     energy += 0.5 * strike.share * points.mass()[centre] * speed * speed;
   });
+  for (const Rider& rider : points.riders()) {
+    if (points.owns(rider.point)) {
+      const double speed = velocity[static_cast<std::size_t>(rider.point - points.begin())];
+      energy += 0.5 * rider.mass * speed * speed;
+    }
+  }
   return energy;
 }
 

@@ -23,7 +23,7 @@ struct Sample {
   double velocity = 0.0;           ///< of the centre of mass [m/s]
   std::vector<double> position;    ///< of the line at the gauges [m]
   std::vector<double> deflection;  ///< of the line at the gauges from its best straight line, by mass [m]
-  double striking = 0.0;           ///< kinetic energy of strikers [J]
+  double striking = 0.0;           ///< kinetic energy of strikers and masses that travel [J]
   EnergyLedger energy;             ///< [J], strikers' with it
 };
 

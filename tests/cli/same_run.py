@@ -8,8 +8,8 @@ import json
 import h5py
 import numpy as np
 
-TEXT = ("gauges.csv", "strikers.csv", "places.csv", "energy.csv", "contact.csv", "impacts.csv", "impacts_merged.csv",
-        "rests.csv", "envelope.csv", "results.xdmf", "paraview-state.py", "supports.vtp")
+TEXT = ("gauges.csv", "strikers.csv", "places.csv", "axles.csv", "energy.csv", "contact.csv", "impacts.csv",
+        "impacts_merged.csv", "rests.csv", "envelope.csv", "results.xdmf", "paraview-state.py", "supports.vtp")
 CONTENT = ("results.h5", "results.vtkhdf", "restart.h5")
 # What a run costs is another in each: one that goes on solves once more for what the one before still had. A restart
 # file says where the files stand, and where the run began.

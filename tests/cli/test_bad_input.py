@@ -620,6 +620,44 @@ REFUSED = {
         {"load_axles": "ahead.csv", "load_axles_speed": 10},
         ["-load_axles", "ahead.csv", "-2", ">= 0", "[m]"],
     ),
+    "axle_of_negative_mass": (
+        {"load_axles": "light.csv", "load_axles_speed": 10},
+        ["-load_axles", "light.csv", "mass of -3", ">= 0", "[kg]"],
+    ),
+    "axle_on_a_spring_that_pushes": (
+        {"load_axles": "limp.csv", "load_axles_speed": 10},
+        ["-load_axles", "limp.csv", "stiffness of -1", ">= 0", "[N/m]"],
+    ),
+    "axles_of_five_columns": (
+        {"load_axles": "wide.csv", "load_axles_speed": 10},
+        ["-load_axles", "wide.csv", "5 column", "stiffness [N/m]"],
+    ),
+    "masses_by_chebyshev": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "ts_type": "chebyshev"},
+        ["chebyshev", "masses that travel", "-load_axles", "rk"],
+    ),
+    "masses_without_filter": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "filter_frequency": "none", "ts_type": "moreau",
+         "ts_dt": 1e-3, "support_position": None},
+        ["masses that travel", "-load_axles", "-filter_frequency"],
+    ),
+    "masses_and_damping": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "damping_mass": 1},
+        ["-load_axles", "masses are not allowed with damping", "-damping_mass"],
+    ),
+    "masses_on_a_held_line": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "contact_surface": "line", "contact_restitution": 1},
+        ["-load_axles", "masses are not allowed with contact on the line", "-contact_surface"],
+    ),
+    "masses_and_corrected_modes": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "filter_correct_modes": 1},
+        ["-load_axles", "masses are not allowed with corrected modes"],
+    ),
+    "masses_and_an_end_that_moves": (
+        {"load_axles": "heavy.csv", "load_axles_speed": 10, "beam_left_end": "pinned", "base_motion": "table.csv",
+         "base_motion_kind": "displacement", "base_motion_place": "left"},
+        ["-load_axles", "masses are not allowed with a place that holds"],
+    ),
     "speed_without_axles": ({"load_axles_start": 1}, ["-load_axles_start", "without -load_axles"]),
     "axles_over_a_gap": (
         {"load_axles": "table.csv", "load_axles_speed": 10, "beam_length": "5,5", "beam_gap": 0.1},
@@ -919,6 +957,10 @@ FILES = {
     "table.csv": "time,force\n0,0\n1,10\n",
     "below.csv": "1,10\n2,-10\n",
     "ahead.csv": "0,-1000\n-2,-1000\n",
+    "light.csv": "0,-1000,-3\n",
+    "limp.csv": "0,-1000,3,-1\n",
+    "wide.csv": "0,-1000,3,1,5\n",
+    "heavy.csv": "0,0,300\n",
     "absurd.csv": "0,0\n0.02,1e30\n0.1,0\n",
     "overflow.csv": "0,0\n0.02,1e160\n0.1,0\n",
     "hill.csv": "x,height\n0,0\n2,2\n4,1.5\n5,0\n",

@@ -127,6 +127,7 @@ class ImpactDynamics {
     std::vector<double> rotation{};  ///< plastic, of the local nodes; empty: the line stays elastic
     std::vector<double> support_impulse;
     std::vector<PlaceState> places{};  ///< that hold the structure and move
+    std::vector<RiderState> riders{};
   };
 
   [[nodiscard]] petsc::Vector place_masses(const InitialState& initial);

@@ -1,6 +1,6 @@
 #pragma once
 /// @file
-/// wf^2 M + C of a structure with what strikes it.
+/// wf^2 M + C of a structure with what strikes it, and with masses that travel along it.
 
 #include <memory>
 #include <vector>
@@ -11,7 +11,8 @@
 namespace udar {
 
 /// @brief Columns of a structure and of its strikers, as columns of the structure alone: nothing ties a striker, so
-/// that its line stands off it by the force on it over wf^2 times its mass.
+/// that its line stands off it by the force on it over wf^2 times its mass. Nothing ties a mass that travels, either,
+/// before `CarriedMasses` does.
 class StruckColumns {
  public:
   /// @param points must live as long @param shift wf [rad/s]

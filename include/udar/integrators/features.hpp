@@ -28,6 +28,7 @@ enum class Feature : std::uint8_t {
   contact_laws,       ///< supports with a law of contact under masses
   laws_of_line,       ///< the same under the line that they hold
   strikers,           ///< masses that strike the structure
+  riders,             ///< masses that travel along it
   laws_of_strikers,   ///< strikers with a law of contact
   yielding,           ///< plastic hinges of the line
   many_hinges,        ///< more than `kFewPoints` of them

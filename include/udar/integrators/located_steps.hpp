@@ -26,10 +26,10 @@ namespace udar {
 /// integrator restarts. Source: docs/theory.md, "Contact in the post-step".
 class LocatedSteps final : public Integrator {
  public:
-  static constexpr Features kCan{Feature::filtered,         Feature::line_contact,      Feature::moving_supports,
-                                 Feature::elastic_supports, Feature::elastic_line,      Feature::many_points,
-                                 Feature::mass_damping,     Feature::stiffness_damping, Feature::friction,
-                                 Feature::strikers};
+  static constexpr Features kCan{
+      Feature::filtered,     Feature::line_contact, Feature::moving_supports, Feature::elastic_supports,
+      Feature::elastic_line, Feature::many_points,  Feature::mass_damping,    Feature::stiffness_damping,
+      Feature::friction,     Feature::strikers,     Feature::riders};
 
   /// Sets the right-hand side of `stepper`, whose solution vector is set: Ym, then Vm of the local nodes.
   /// @param own_absolute_tolerance of the step control, relative to the motion's scale, instead of the TS's

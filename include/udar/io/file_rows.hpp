@@ -74,7 +74,7 @@ class FileRows {
   [[nodiscard]] std::vector<FileField> fields(std::span<const FieldInfo> shown) const;
   /// Whether its values are those of the snapshot as they stand.
   [[nodiscard]] bool as_shown(const FileField& field) const {
-    return field.form == FileField::Form::given && order_of(field.where).same() && points_->strikes().empty() && all_;
+    return field.form == FileField::Form::given && order_of(field.where).same() && points_->of_nodes_alone() && all_;
   }
   /// @name Values of such a field at this rank's nodes or cells @note Not collective.
   /// @{

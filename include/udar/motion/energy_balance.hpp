@@ -36,7 +36,8 @@ class EnergyBalance {
   /// losses count. @param step before it is taken @note Collective.
   void start(const Row& row, const DenseOutput& step);
 
-  /// What forces that change bring in, minus the integral of dF/dt' Yc [J], this rank's share.
+  /// What forces that change bring in, minus the integral of dF/dt' Yc [J], and what moves masses that travel, this
+  /// rank's share.
   struct Work {
     double loads = 0.0;
     double base = 0.0;  ///< by inertia forces, and by places that hold the structure and move
@@ -71,6 +72,7 @@ class EnergyBalance {
   /// @}
 
  private:
+  [[nodiscard]] double travel_work(const DenseOutput& step, double step_begin, double until) const;
   [[nodiscard]] std::vector<double> changed_by(const LoadPattern& pattern, const DenseOutput& step, double step_begin,
                                                double until, std::span<const double> amplitudes) const;
   [[nodiscard]] bool on_first_rank() const { return equations_->points().begin() == 0; }
@@ -78,6 +80,7 @@ class EnergyBalance {
   Equations* equations_;
   const ContactState* contact_;
   const Kinks* kinks_;
+  bool works_;  // by loads that change, or masses that travel
   bool flows_;  // through supports or dampers
   EnergyLedger ledger_;
   Work work_;  // up to the start of the step

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "udar/contact/carried_masses.hpp"
 #include "udar/contact/hinged_line.hpp"
 #include "udar/contact/line_contact.hpp"
 #include "udar/filter/filtered_structure.hpp"
@@ -26,6 +27,7 @@ struct LineState {
   std::vector<double> contact_force;  ///< at `LineContact::points`, away from the supports [N]
   std::vector<double> rotation{};     ///< plastic, of all hinges [rad]
   bool in_contact = false;            ///< whether there is any of them, equal on every rank
+  Carried carried{};                  ///< by masses that travel
 };
 
 /// @brief What changing loads alone do to the line, by their rates: no mass moves.
@@ -50,7 +52,7 @@ class Equations {
   /// @param contact supports that hold the line; null: nothing does @param yields whether it has plastic hinges
   /// @param held what holds it and moves; `line` knows of what is held rigidly
   /// @throws InputError naming -damping_mass or -damping_stiffness if it is negative or not finite, or does not go with
-  /// a line in contact
+  /// a line in contact; what does not go with masses that travel
   Equations(FilteredStructure& line, const Loads& loads, const InitialState& initial, const Damping& damping = {},
             std::unique_ptr<LineContact> contact = nullptr, std::vector<double> damping_ratio = {}, bool yields = false,
             std::vector<HeldMove> held = {});
@@ -63,6 +65,8 @@ class Equations {
   [[nodiscard]] LineContact* line_contact() const noexcept { return line_contact_.get(); }
   /// What holds it and moves.
   [[nodiscard]] const HeldPlaces& held() const noexcept { return held_; }
+  /// Null where no mass travels along it.
+  [[nodiscard]] CarriedMasses* carried() const noexcept { return carried_.get(); }
   /// Null where the line stays elastic.
   [[nodiscard]] HingedLine* hinges() const noexcept { return hinges_.get(); }
   /// Whether the masses are on filter springs, not those of the line itself.
@@ -81,6 +85,11 @@ class Equations {
   /// @note Collective.
   void evaluate_rate(std::span<const double> mass_velocity, std::span<double> stretch_rate);
 
+  /// @brief Adds to it what masses that travel make of it, if there are any.
+  /// @note Collective; with such masses a line solve.
+  void add_carried_rate(const Instant& at, std::span<const double> mass_position, std::span<const double> mass_velocity,
+                        std::span<double> stretch_rate);
+
   /// @brief What changing loads add to it just after time t, until their next kink.
   /// @note Collective; one line solve between two kinks.
   [[nodiscard]] const LoadRate& load_rate(double time);
@@ -98,6 +107,10 @@ class Equations {
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 
+  /// @brief Masses that travel at the time of a line, on the first rank; on others their places and forces alone.
+  [[nodiscard]] std::vector<RiderState> riders(const LineState& state, std::span<const double> mass_position,
+                                               std::span<const double> mass_velocity) const;
+
   /// Height of the reference axis at the local nodes [m].
   [[nodiscard]] std::span<const double> axis() const noexcept { return axis_; }
   [[nodiscard]] const MassPoints& points() const noexcept { return line_->points(); }
@@ -105,11 +118,14 @@ class Equations {
   [[nodiscard]] const Loads& loads() const noexcept { return *loads_; }
 
  private:
+  void refuse_with_riders() const;
+
   FilteredStructure* line_;
   const Loads* loads_;
   Damping damping_;
   std::vector<double> damping_ratio_;
   std::unique_ptr<LineContact> line_contact_;
+  std::unique_ptr<CarriedMasses> carried_;
   std::unique_ptr<HingedLine> hinges_;
   HeldPlaces held_;
   std::vector<double> axis_;          // reference axis at the local nodes

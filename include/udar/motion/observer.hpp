@@ -90,6 +90,15 @@ struct PlaceState {
   double force = 0.0;         ///< of it on the structure along its motion [N]
 };
 
+/// @brief A mass that travels along the structure, at one time.
+struct RiderState {
+  double x = 0.0;         ///< where it is along the beam, and beyond its ends [m]
+  double height = 0.0;    ///< of the mass, y up [m]
+  double velocity = 0.0;  ///< the same [m/s]
+  double below = 0.0;     ///< where the line, or the road, is under it [m]
+  double force = 0.0;     ///< of it on the line, or the road, y up [N]
+};
+
 /// @brief The state at one time; the spans hold this rank's points in order and live only during the call.
 struct Snapshot {
   double time = 0.0;                        ///< [s]
@@ -97,6 +106,7 @@ struct Snapshot {
   EnergyLedger energy;                      ///< [J], whole structure
   std::span<const double> support_impulse;  ///< of each support on the masses since t = 0 [N s], y up, all ranks
   std::span<const PlaceState> places{};     ///< that hold the structure and move, in the order of their motions
+  std::span<const RiderState> riders{};     ///< masses that travel, on the first rank; on others without heights
   ContactZone zone{};                       ///< since the listener's last snapshot, this rank's masses
 
   /// @brief A field by its name: "mass_position", "moment", ... @throws std::out_of_range if there is none

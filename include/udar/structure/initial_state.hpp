@@ -55,7 +55,7 @@ struct MassState {
 };
 /// @brief Where nothing strains the structure [m], one value per local point; 0 where it does not move along y.
 [[nodiscard]] std::vector<double> reference_axis(const MassPoints& points, const InitialState& initial);
-/// @note Collective with a spin.
+/// @note Collective with a spin, and with masses that travel, which start on the masses below them.
 [[nodiscard]] MassState initial_masses(const MassPoints& points, const InitialState& initial);
 /// @brief Refuses a shape of points that move along x or z, too.
 /// @note Collective. @throws InputError on all ranks

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "udar/numerics/height_grid.hpp"
+#include "udar/structure/passage.hpp"
 
 namespace udar {
 
@@ -104,6 +105,15 @@ struct Strike {
   /// @}
 };
 
+/// @brief A mass that travels along a beam, which carries it. Its unknown is its height. Source: docs/theory.md,
+/// "Travelling masses"
+struct Rider {
+  PetscInt point;    ///< global, of the first rank
+  double mass;       ///< [kg], > 0
+  double stiffness;  ///< of the spring that it stands on [N/m]; infinite: none
+  Passage passage;
+};
+
 /// @brief From the leftmost point to the rightmost, along x [m].
 struct Extent {
   double from = 0.0;
@@ -181,11 +191,17 @@ class MassPoints {
   [[nodiscard]] virtual std::span<const NodeFrame> frames() const { return {}; }
   /// Who can touch whom: by striker, then pairs of nodes; of all ranks.
   [[nodiscard]] virtual std::span<const Strike> strikes() const { return {}; }
-  /// The points of nodes alone, each an unknown of its node: all but gaps of strikers, which follow them.
+  /// Masses that travel along the structure; of all ranks.
+  [[nodiscard]] virtual std::span<const Rider> riders() const { return {}; }
+  /// The points of nodes alone, each an unknown of its node: all but gaps of strikers and travelling masses, which
+  /// follow them.
   [[nodiscard]] virtual const MassPoints& nodes() const { return *this; }
+  /// Whether there are no others, and no pairs of nodes.
+  [[nodiscard]] bool of_nodes_alone() const { return &nodes() == this; }
   /// How many those are on this rank, the first of these.
   [[nodiscard]] std::size_t own_points() const { return nodes().points(); }
-  /// The own point of the node that a local point belongs to: itself, of a gap the centre.
+  /// The own point of the node that a local point belongs to: itself, of a gap the centre, of a travelling mass the
+  /// first.
   [[nodiscard]] virtual std::size_t own_point(std::size_t point) const { return point; }
   /// The same of one coordinate [m]: its share of the height; 0 of a point that moves across, whose coordinate is how
   /// far it went.

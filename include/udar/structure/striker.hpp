@@ -1,12 +1,13 @@
 #pragma once
 /// @file
-/// Rigid masses that fly, hit a structure and leave it again; nodes that hit each other.
+/// Rigid masses that fly, hit a structure and leave it again; nodes that hit each other; masses that travel along it.
 
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "udar/structure/structure.hpp"
+#include "udar/structure/travelling_load.hpp"
 
 namespace udar {
 
@@ -27,22 +28,25 @@ struct NodePair {
   double gap = 0.0;    ///< between the two at the start [m], >= 0, wherever their axes stand
 };
 
-/// @brief A structure with what strikes it: an elastic structure, masses that nothing ties to it, and what of it
-/// touches itself.
+/// @brief A structure with what strikes it: an elastic structure, masses that nothing ties to it, what of it touches
+/// itself, and masses that travel along it.
 ///
 /// Of a node of mass m and its striker of mass M the unknowns are the centre of mass of both, with the mass m + M, and
 /// the gap between them, with the mass m M / (m + M): a change of basis that leaves the mass matrix diagonal and every
 /// filter spring at wf. A contact of the two is one of the gap with a rigid face, exactly, whatever its law. Of two
 /// nodes that touch it is the same; their unknowns take the places of their own.
-/// Source: docs/theory.md, "Strikers", "Pairs of nodes"
+/// Masses that travel along it are points of their own behind all others of the first rank; what ties them to it is
+/// not the structure's (`CarriedMasses`).
+/// Source: docs/theory.md, "Strikers", "Pairs of nodes", "Travelling masses"
 class StruckStructure final : public Structure {
  public:
   /// @param structure of points of one component
   /// @note Collective. @throws InputError naming quantity, value and range if a striker is off the structure, has no
   /// mass or starts within it, or if its node is held, has axes of its own or is another striker's; of pairs the same,
-  /// and if both are one node, do not move along the normal, or are on two ranks
+  /// and if both are one node, do not move along the normal, or are on two ranks; of travelling masses as
+  /// `require_sound`, and if there is no straight beam without gaps
   StruckStructure(std::unique_ptr<const Structure> structure, const std::vector<Striker>& strikers,
-                  const std::vector<NodePair>& pairs = {});
+                  const std::vector<NodePair>& pairs = {}, std::span<const TravellingLoad> travelling = {});
 
   [[nodiscard]] const MassPoints& points() const override { return *points_; }
   [[nodiscard]] const Structure& elastic() const override { return structure_->elastic(); }

@@ -117,7 +117,7 @@ def curves_of(files: RunFiles) -> dict[str, Curve]:
     with files.results() as file:
         gauges, contact = len(file["gauge_node"]), files.contact(file)
     tables = {"": files.table("gauges", ["time"])} if gauges else {}
-    for name in ("strikers", "places"):
+    for name in ("strikers", "places", "axles"):
         if (files.folder / f"{name}.csv").exists():
             tables[f"{name}."] = files.table(name, ["time"])
     curves = {before + name: Curve(unit_of(name), table["time"], values)

@@ -92,6 +92,12 @@ class Results:
         return frame(self._files.table("places", ["time"]))
 
     @functools.cached_property
+    def axles(self) -> "pandas.DataFrame":
+        """axles.csv: `time` [s], and of mass k that travels `x_k` [m], `position_k` [m], `velocity_k` [m/s], `line_k`
+        [m] under it, `force_k` [N] of it on the line; UserError without."""
+        return frame(self._files.table("axles", ["time"]))
+
+    @functools.cached_property
     def energy(self) -> "pandas.DataFrame":
         """energy.csv: `time` [s], energies [J], `drift` [1] of their total."""
         return frame(self._files.table("energy", ["time"]))
