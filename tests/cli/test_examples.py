@@ -189,6 +189,16 @@ class Examples(UdarTest):
         self.assertAlmostEqual(-axles["force_3"][on].min() / 1e3, 586, delta=10)
         self.assertLess(np.abs(run.csv("energy.csv")["drift"]).max(), 1e-8)
 
+    def test_13_frames_meet_when_they_would_pass(self):
+        runs = [self.example("13-pounding", name=name, pair_gap=gap, ts_max_time=1.25)
+                for name, gap in (("near", 0.015), ("free", 0.1))]
+        near, free = self.table("13-pounding", *runs)
+        self.assertEqual((near[1], free[1]), ("2", "0"))
+        self.assertAlmostEqual(float(near[2]), float(near[3]), delta=1.5e-4)  # digits; rows of 2 ms by straight lines
+        self.assertAlmostEqual(float(near[2]), 0.5642, delta=1e-3)  # README
+        self.assertGreater(float(near[8]), 3 * float(free[8]))
+        self.assertLess(np.abs(runs[0].csv("energy.csv")["drift"]).max(), 1e-6)
+
 
 if __name__ == "__main__":
     unittest.main()
