@@ -16,14 +16,16 @@ std::string file_of(void* function) {
 /// Two libraries of one name can be in a process, each with a state of its own: handles of one are none of the other.
 void require_same_library(const char* package, const char* module, const char* function, void* own) {
   const auto file = py::module_::import(module).attr("__file__").cast<std::string>();
-  void* loaded = dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD);
-  void* theirs = loaded != nullptr ? dlsym(loaded, function) : nullptr;
+  void* theirs = nullptr;
+  if (void* loaded = dlopen(file.c_str(), RTLD_LAZY | RTLD_NOLOAD); loaded != nullptr) {
+    theirs = dlsym(loaded, function);
+    dlclose(loaded);
+  }
   if (theirs != own) {
     throw py::import_error{std::string{package} + " is of another library than udar: it has " + function + " of '" +
                            file_of(theirs) + "', udar that of '" + file_of(own) + "'; PETSC_DIR and PYTHONPATH say " +
                            "which " + package + " Python takes"};
   }
-  dlclose(loaded);
 }
 
 /// What petsc4py offers to C, found at run time: `PyObject *PyPetscVec_New(Vec)`, which takes a reference, and `Vec
