@@ -289,10 +289,8 @@ void ImpactDynamics::fill(Row& row, double time, double until) {
   guards_.tell(guards_.waiting());
   std::ranges::transform(contact_.support_impulses(), row.support_impulse, row.support_impulse.begin(), std::plus{});
   row.line_position = model_->equations.line_position(row.line, row.masses.position);
-  if (const HeldPlaces& held = model_->equations.held(); !held.empty()) {
-    row.places = held.states({time, kinks_.piece_begin(time_, time)}, model_->loads, row.masses.position,
-                             row.line_position, model_->equations.axis());
-  }
+  row.places =
+      model_->equations.places({time, kinks_.piece_begin(time_, time)}, row.masses.position, row.line_position);
   row.riders = model_->equations.riders(row.line, row.masses.position, row.masses.velocity);
   if (const LineContact* line_contact = model_->equations.line_contact(); !row.line.contact_force.empty()) {
     for (const std::size_t point : line_contact->mine()) {

@@ -133,6 +133,11 @@ void Equations::add_carried_rate(const Instant& at, std::span<const double> mass
   }
 }
 
+std::vector<PlaceState> Equations::places(const Instant& at, std::span<const double> mass_position,
+                                          std::span<const double> line_position) const {
+  return held_.empty() ? std::vector<PlaceState>{} : held_.states(at, *loads_, mass_position, line_position, axis_);
+}
+
 std::vector<RiderState> Equations::riders(const LineState& state, std::span<const double> mass_position,
                                           std::span<const double> mass_velocity) const {
   std::vector<RiderState> states;

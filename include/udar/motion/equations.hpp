@@ -107,6 +107,11 @@ class Equations {
   [[nodiscard]] EnergyLedger energy(const LineState& state, std::span<const double> mass_position,
                                     std::span<const double> mass_velocity);
 
+  /// @brief Where held places are and how hard they push. @param mass_position Ym [m] @param line_position Yc [m]
+  /// @note Collective if there are any.
+  [[nodiscard]] std::vector<PlaceState> places(const Instant& at, std::span<const double> mass_position,
+                                               std::span<const double> line_position) const;
+
   /// @brief Masses that travel at the time of a line, on the first rank; on others their places and forces alone.
   [[nodiscard]] std::vector<RiderState> riders(const LineState& state, std::span<const double> mass_position,
                                                std::span<const double> mass_velocity) const;
