@@ -108,9 +108,9 @@ struct Strike {
 /// @brief A mass that travels along a beam, which carries it. Its unknown is its height. Source: docs/theory.md,
 /// "Travelling masses"
 struct Rider {
-  PetscInt point;    ///< global, of the first rank
-  double mass;       ///< [kg], > 0
-  double stiffness;  ///< of the spring that it stands on [N/m]; infinite: none
+  PetscInt point = 0;      ///< global, of the first rank
+  double mass = 0.0;       ///< [kg], > 0
+  double stiffness = 0.0;  ///< of the spring that it stands on [N/m]; infinite: none
   Passage passage;
 };
 
