@@ -198,6 +198,10 @@ class Examples(UdarTest):
         self.assertAlmostEqual(float(near[2]), 0.5642, delta=1e-3)  # README
         self.assertGreater(float(near[8]), 3 * float(free[8]))
         self.assertLess(np.abs(runs[0].csv("energy.csv")["drift"]).max(), 1e-6)
+        page = self.scratch / "page.html"
+        subprocess.run([os.environ["UDAR_REPORT"], runs[0].directory, "--output", page], check=True, timeout=120)
+        said = re.search(r"into supports[\w ]* that give way", page.read_text(encoding="utf-8"))
+        self.assertEqual(said and said[0], "into supports and pairs that give way")
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def check_energy(sheet):
 
 def gives_way(sheet):
     options, stiffness = sheet.run.options, sheet.parameters.get("supports, stiffness [N/m]", "")
-    laws = {"contact_law", "support_stiffness", "striker_law", "contact_stiffness"} & set(options)
+    laws = {"contact_law", "support_stiffness", "striker_law", "contact_stiffness", "pair_law"} & set(options)
     return bool(laws) or any(word != "inf" for word in stiffness.split())
 
 
@@ -70,6 +70,7 @@ def check_penetration(sheet):
     if gives_way(sheet):
         strikers = [support.striker is not None for support in sheet.run.supports]
         what = "strikers" if strikers and all(strikers) else "supports and strikers" if any(strikers) else "supports"
+        what += " and pairs" * ("pair_law" in sheet.run.options)
         return OK, f"the line goes {depth} into {what} that give way{where}"
     moved = next((np.nanmax(entry["high"]) - np.nanmin(entry["low"]) for entry in sheet.envelope
                   if entry["name"] == "position"), np.nan)
