@@ -812,6 +812,7 @@ class Interrupted(UdarTest):
         contact = {"initial_height": 0.05, "contact_restitution": 0.7, "ts_type": "impact", "gauge_position": "0,5,10"}
         for ranks, seconds in ((0, 0.4), (2, 0.7), (2, 1.1)):
             with self.subTest(ranks=ranks, seconds=seconds):
+                shutil.rmtree(self.scratch / "run", ignore_errors=True)  # whose restart files are not to be waited for
                 options, process = self.long_run(ranks, **often, **contact)
                 self.started(process, "restart.previous.h5")
                 time.sleep(seconds)
