@@ -98,7 +98,7 @@ TEST(ContactJournal, HoldsABlockOfMillionsOfImpacts) {
   std::vector<double> impulses(2, 0.0);
   double lost = 0.0;
   for (std::size_t i = 0; i < kImpacts; ++i) {
-    const double time = static_cast<double>(i % 1000);
+    const auto time = static_cast<double>(i % 1000);
     const auto support = static_cast<PetscInt>(i % 2);
     journal.record_impact(i % 11, {.time = time, .support = support, .impulse = 0.1 * time, .energy_loss = 0.3 * time});
     if (time < 500.0) {
