@@ -156,8 +156,8 @@ void CarriedMasses::apply(const Instant& at, std::span<const double> position, s
   const std::size_t count = riders_.size();
   std::vector<double> line(stretch.size());
   std::ranges::transform(position, stretch, line.begin(), std::plus{});
-  std::vector<double> sums(2 * count,
-                           0.0);  // by how much the line is too low for a force of none; climb without forces
+  // By how much the line is too low for a force of none; then climb without forces.
+  std::vector<double> sums(2 * count, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
     const Spot& place = places_[i];
     const double sunk = -riders_[i].mass * gravity_ / riders_[i].stiffness;
