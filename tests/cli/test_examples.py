@@ -200,8 +200,8 @@ class Examples(UdarTest):
         self.assertLess(np.abs(runs[0].csv("energy.csv")["drift"]).max(), 1e-6)
         page = self.scratch / "page.html"
         subprocess.run([os.environ["UDAR_REPORT"], runs[0].directory, "--output", page], check=True, timeout=120)
-        said = re.search(r"into supports[\w ]* that give way", page.read_text(encoding="utf-8"))
-        self.assertEqual(said and said[0], "into supports and pairs that give way")
+        said = re.search(r"into [\w ]+ that give way", page.read_text(encoding="utf-8"))
+        self.assertEqual(said and said[0], "into pairs that give way")
 
 
 if __name__ == "__main__":

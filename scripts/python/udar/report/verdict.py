@@ -68,9 +68,9 @@ def check_penetration(sheet):
             f"the line stays {with_unit(gap, 'm', 3)} away from its supports"
     depth = with_unit(-gap, "m", 3)
     if gives_way(sheet):
-        strikers = [support.striker is not None for support in sheet.run.supports]
-        what = "strikers" if strikers and all(strikers) else "supports and strikers" if any(strikers) else "supports"
-        what += " and pairs" * ("pair_law" in sheet.run.options)
+        touched = {"pairs" if support.pair is not None else "strikers" if support.striker is not None else "supports"
+                   for support in sheet.run.supports}
+        what = " and ".join(kind for kind in ("supports", "strikers", "pairs") if kind in touched)
         return OK, f"the line goes {depth} into {what} that give way{where}"
     moved = next((np.nanmax(entry["high"]) - np.nanmin(entry["low"]) for entry in sheet.envelope
                   if entry["name"] == "position"), np.nan)
